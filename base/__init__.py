@@ -1,0 +1,1 @@
+"""The ground floor: units, errors, float-or-symbol operations, compilers, the cache."""

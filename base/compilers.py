@@ -1,0 +1,157 @@
+"""Find a C compiler: the system's, or the `ziglang` package that pip installs with this one."""
+
+import hashlib
+import importlib.util
+import os
+import platform as host
+import shlex
+import shutil
+import subprocess
+import sys
+import tempfile
+from dataclasses import dataclass
+from functools import lru_cache
+from pathlib import Path
+
+from .cache import cache_folder
+from .errors import BuildError, listing
+
+# Bit identity between compilers and machines: no contraction to fused multiply-add, no fast-math.
+FLAGS = ("-O2", "-std=c99", "-ffp-contract=off", "-fvisibility=hidden", "-Wall")
+
+# FMI 2.0 platform -> zig targets. Always explicit: without one zig compiles for this very CPU.
+# glibc 2.17 loads on every Linux since 2013. darwin64 is one library with two slices.
+TARGETS = {
+    "linux64": ("x86_64-linux-gnu.2.17",),
+    "win64": ("x86_64-windows-gnu",),
+    "darwin64": ("x86_64-macos", "aarch64-macos"),
+}
+SUFFIXES = {"linux64": ".so", "win64": ".dll", "darwin64": ".dylib"}
+
+
+@dataclass(frozen=True)
+class Compiler:
+    """A command that makes a shared library, with what tells it from another compiler."""
+
+    command: tuple[str, ...]
+    identity: str
+    environment: tuple[tuple[str, str], ...] = ()
+
+    def shared_library(self, source: Path, library: Path) -> None:
+        """Compile one C file to a shared library; raise BuildError with the compiler's words."""
+        position = () if library.suffix == ".dll" else ("-fPIC",)
+        arguments = [*self.command, *FLAGS, *position, "-shared", str(source), "-o", str(library)]
+        if library.suffix != ".dll":
+            arguments.append("-lm")
+        try:
+            done = subprocess.run(
+                arguments,
+                capture_output=True,
+                text=True,
+                errors="replace",
+                check=False,
+                cwd=library.parent,
+                env={**os.environ, **dict(self.environment)},
+            )
+        except OSError as error:
+            raise BuildError(f"cannot start the C compiler {self.command[0]}: {error}") from error
+        if done.returncode or not library.exists():
+            words = done.stderr.strip() or f"exit code {done.returncode}"
+            raise BuildError(f"{self.identity} cannot compile {source.name}: {words}")
+
+
+def host_platform() -> str:
+    """Return this machine's FMI 2.0 platform name, such as "linux64".
+
+    FMI 2.0 names no folder for 64-bit ARM; as FMPy does, linux64 and darwin64 then hold the
+    machine's own kind of binary.
+    """
+    name = {"linux": "linux", "win32": "win", "darwin": "darwin"}.get(sys.platform)
+    if name is None or sys.maxsize < 2**32:
+        raise BuildError(f"no FMI 2.0 platform for {sys.platform} on {host.machine()}")
+    return name + "64"
+
+
+@lru_cache
+def system_compiler() -> Compiler | None:
+    """Return the system's C compiler if there is one that works ($CC, cc, gcc, clang), or None."""
+    named = os.environ.get("CC")
+    names = [named] if named else ["gcc", "clang"] if os.name == "nt" else ["cc", "gcc", "clang"]
+    for name in names:
+        command = shlex.split(name, posix=os.name != "nt")
+        path = shutil.which(command[0]) if command else None
+        if path is None:
+            continue
+        compiler = Compiler((path, *command[1:]), _version([path, *command[1:]]))
+        if _works(compiler):
+            return compiler
+    return None
+
+
+def zig_compiler(target: str) -> Compiler:
+    """Return zig's C compiler for a target such as "x86_64-linux-gnu.2.17"."""
+    if importlib.util.find_spec("ziglang") is None:
+        raise BuildError(
+            "no C compiler: install one, or the 'ziglang' package (pip install ziglang)"
+        )
+    command = [sys.executable, "-m", "ziglang", "cc", "-target", target]
+    # A cache of our own: zig's runtime for a target is built once, not once per project.
+    caches = str(cache_folder("zig"))
+    return Compiler(
+        (*command,),
+        f"zig {_zig_version()} for {target}",
+        (("ZIG_GLOBAL_CACHE_DIR", caches), ("ZIG_LOCAL_CACHE_DIR", caches)),
+    )
+
+
+def native_target() -> str:
+    """Return the zig target for this machine."""
+    arm = host.machine().lower() in {"arm64", "aarch64"}
+    targets = {
+        "linux64": "aarch64-linux-gnu.2.17" if arm else "x86_64-linux-gnu.2.17",
+        "win64": "aarch64-windows-gnu" if arm else "x86_64-windows-gnu",
+        "darwin64": "aarch64-macos" if arm else "x86_64-macos",
+    }
+    return targets[host_platform()]
+
+
+def native_compiler(kind: str = "auto") -> Compiler:
+    """Return a compiler for this machine: "system", "zig", or "auto": the first that is there."""
+    if kind not in {"auto", "system", "zig"}:
+        raise BuildError(f"no compiler '{kind}'; choose from {listing(('auto', 'system', 'zig'))}")
+    if kind != "zig":
+        compiler = system_compiler()
+        if compiler:
+            return compiler
+        if kind == "system":
+            raise BuildError("no working C compiler on this system; set CC or use zig")
+    return zig_compiler(native_target())
+
+
+def _version(command: list[str]) -> str:
+    done = subprocess.run([*command, "--version"], capture_output=True, text=True, check=False)
+    return (done.stdout or done.stderr or command[0]).partition("\n")[0].strip()
+
+
+@lru_cache
+def _zig_version() -> str:
+    from importlib.metadata import version
+
+    return version("ziglang")
+
+
+def _works(compiler: Compiler) -> bool:
+    """Try the compiler once per machine: macOS has a `cc` even where no compiler is installed."""
+    key = hashlib.sha256(repr(compiler).encode()).hexdigest()[:16]
+    mark = cache_folder("compilers") / key
+    if mark.exists():
+        return True
+    with tempfile.TemporaryDirectory() as folder:
+        source = Path(folder) / "probe.c"
+        source.write_text("#include <math.h>\ndouble probe(double x) { return sqrt(x); }\n")
+        try:
+            compiler.shared_library(source, source.with_suffix(SUFFIXES[host_platform()]))
+        except BuildError:
+            return False
+    mark.touch()
+    return True

@@ -1,0 +1,136 @@
+"""The block protocol: a block is a frozen value, its state is passed in and out.
+
+A block with direct feedthrough implements
+
+    step(x, *u) -> (y, x⁺)              in the output phase, once per sample hit,
+
+a block without it
+
+    output(x) -> y                      in the output phase,
+    update(x, *u) -> x⁺                 in the update phase,
+
+where x is a nested tuple of numbers, u one value per input port and y one number, or a tuple
+where there are several output ports, both in the ports' order. With `timed` set, the time t (s)
+follows x: step(x, t, *u), output(x, t), update(x, t, *u).
+
+Nothing may be kept on the block itself: so a run repeats bit for bit, a checkpoint is the tuple,
+and one diagram can run many times at once.
+"""
+
+from collections.abc import Mapping
+from dataclasses import fields, is_dataclass, replace
+from typing import Any, Self, get_type_hints
+
+from ..base.errors import ParameterError, listing, suggest
+from ..base.ops import finite
+
+# Port -> unit. None: the unit of whatever is connected (see Block.shares_unit).
+Ports = Mapping[str, str | None]
+State = Any
+
+
+class Block:
+    """Base of all blocks. Subclasses are frozen dataclasses; see the module for the protocol."""
+
+    __slots__ = ()
+
+    inputs: Ports = {}
+    outputs: Ports = {}
+    feedthrough: bool = True
+    timed: bool = False
+    shares_unit: bool = True  # all ports without a unit have one and the same unit
+    period: float | None = None  # s between sample hits; None: every step of the diagram
+
+    def start(self) -> State:
+        """Return the state at the run's start."""
+        return ()
+
+    def step(self, x: State, *u: Any) -> tuple[Any, State]:
+        """Return (outputs, next state) of a block with direct feedthrough."""
+        raise TypeError(f"{type(self).__name__} has feedthrough and must define step()")
+
+    def output(self, x: State, *time: Any) -> Any:
+        """Return the outputs of a block without direct feedthrough."""
+        raise TypeError(f"{type(self).__name__} has no feedthrough and must define output()")
+
+    def update(self, x: State, *u: Any) -> State:
+        """Return the next state of a block without direct feedthrough."""
+        return x
+
+    # Parameters, for `--set` and sweeps
+
+    def parameters(self) -> dict[str, Any]:
+        """Return the block's parameters by name; those of a block inside as "block.name"."""
+        if not is_dataclass(self):
+            return {}
+        found: dict[str, Any] = {}
+        for name in (f.name for f in fields(self) if f.init):
+            value = getattr(self, name)
+            if isinstance(value, Block):
+                found |= {f"{name}.{inner}": v for inner, v in value.parameters().items()}
+            else:
+                found[name] = value
+        return found
+
+    def with_parameter(self, name: str, value: Any) -> Self:
+        """Return a copy with one parameter changed; raise ParameterError if that is not allowed."""
+        known = self.parameters()
+        if name not in known:
+            raise ParameterError(
+                f"{type(self).__name__} has no parameter '{name}'; parameters: {listing(known)}"
+                f"{suggest(name, known)}"
+            )
+        outer, dot, inner = name.partition(".")
+        if dot:
+            value = getattr(self, outer).with_parameter(inner, value)
+        else:
+            hint = get_type_hints(type(self))[name]
+            value = _typed(value, hint, f"{type(self).__name__}.{name}")
+        return replace(self, **{outer: value})  # pyright: ignore[reportArgumentType]
+
+
+def _typed(value: Any, hint: Any, what: str) -> Any:
+    from pydantic import ConfigDict, TypeAdapter, ValidationError
+
+    try:
+        return TypeAdapter(
+            hint, config=ConfigDict(strict=True, arbitrary_types_allowed=True)
+        ).validate_python(value)
+    except ValidationError as error:
+        words = error.errors()[0]["msg"]
+        raise ParameterError(f"{what} = {value!r}: {words[0].lower()}{words[1:]}") from None
+
+
+def require(block: Block, condition: Any, what: str) -> None:
+    """Raise ParameterError unless the condition on a block's parameters holds."""
+    if not condition:
+        raise ParameterError(f"{type(block).__name__}: {what}")
+
+
+def require_finite(block: Block, *names: str) -> None:
+    """Raise ParameterError unless these parameters are finite numbers; symbols pass."""
+    for name in names:
+        value = getattr(block, name)
+        require(block, finite(value), f"{name} must be a finite number, not {value!r}")
+
+
+def require_positive(block: Block, *names: str) -> None:
+    """Raise ParameterError unless these parameters are positive numbers; symbols pass."""
+    from ..base.ops import is_symbol
+
+    for name in names:
+        value = getattr(block, name)
+        if not is_symbol(value):
+            good = finite(value) and value > 0.0
+            require(block, good, f"{name} must be a positive number, not {value!r}")
+
+
+def require_limits(block: Block, name: str = "limits") -> None:
+    """Raise ParameterError unless the parameter is a pair (low, high) with low < high."""
+    from ..base.ops import is_symbol
+
+    pair = getattr(block, name)
+    good = isinstance(pair, tuple) and len(pair) == 2
+    if good and not any(is_symbol(v) for v in pair):
+        good = all(isinstance(v, int | float) for v in pair) and pair[0] < pair[1]
+    require(block, good, f"{name} must be a pair (low, high) with low < high, not {pair!r}")

@@ -1,0 +1,1 @@
+"""The basic blocks, one a file."""

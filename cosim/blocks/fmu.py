@@ -1,0 +1,152 @@
+"""An FMI 2.0 co-simulation FMU as a block."""
+
+import math
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any, Self
+
+from ...base.errors import ParameterError, UnitError, listing, suggest
+from ...base.units import parse
+from ..block import Block, Ports, require_positive
+from ..fmi2 import TYPES, FmuInstance, binary_of, read_description
+
+
+class Fmu(Block):
+    """An FMU: its inputs and outputs are ports, its parameters and start values are keywords.
+
+    `path` is a path to any FMI 2.0 co-simulation FMU; `period` (s) the communication step if it
+    is not the diagram's. An input given as a keyword is held at that value and is no port. A
+    vector may be given whole: mass=[1, 2] for mass[1] and mass[2]. Raise FmuError for a file that
+    is no such FMU or has no binary for this machine, ParameterError for a wrong keyword.
+
+    An FMU's outputs never feed through within a step: FMI 2.0 forbids reading them after setting
+    inputs without a step between, but for initialization, where the run settles them.
+    """
+
+    __slots__ = ("_settable", "inputs", "outputs", "path", "period", "values")
+
+    feedthrough = False
+    shares_unit = False  # a variable without a unit connects to any
+
+    def __init__(self, path: str | Path, *, period: float | None = None, **values: Any) -> None:
+        self.path = Path(path).absolute()
+        self.period = period
+        if period is not None:
+            require_positive(self, "period")
+        description = read_description(self.path)
+        binary_of(self.path, description)
+        variables = description.modelVariables
+        self._settable = {v.name: v for v in variables if _settable(v)}
+        self.values = self._checked(values)
+        ports = [v for v in variables if v.type in TYPES]
+        self.inputs: Ports = {
+            v.name: _unit(v)
+            for v in ports
+            if v.causality == "input" and v.name not in self.values
+        }
+        self.outputs: Ports = {v.name: _unit(v) for v in ports if v.causality == "output"}
+
+    def __repr__(self) -> str:
+        given = "".join(f", {name}={value!r}" for name, value in self.values.items())
+        return f"Fmu({self.path.name!r}{given})"
+
+    def __reduce__(self) -> Any:
+        return _remake, (self.path, self.period, self.values)
+
+    def parameters(self) -> dict[str, Any]:
+        """Return parameters (and start values that were given), each with its value."""
+        declared = {
+            name: _start(v) for name, v in self._settable.items() if v.causality == "parameter"
+        }
+        return declared | self.values
+
+    def with_parameter(self, name: str, value: Any) -> Self:
+        """Return a copy with one parameter or start value changed."""
+        variable = self._settable.get(name)
+        if variable is not None and variable.causality == "input" and name in self.inputs:
+            raise ParameterError(f"{self.path.name}: '{name}' is an input port, not a parameter")
+        values: dict[str, Any] = {**self.values, **self._checked({name: value})}
+        return type(self)(self.path, period=self.period, **values)
+
+    def instance(self, name: str) -> FmuInstance:
+        """Return a fresh instance under a block's name, with its values set."""
+        made = FmuInstance(name, self.path, list(self.inputs), list(self.outputs))
+        try:
+            for variable, value in self.values.items():
+                made.set(variable, value)
+        except BaseException:
+            made.close()
+            raise
+        return made
+
+    def _checked(self, given: Mapping[str, Any]) -> dict[str, Any]:
+        values: dict[str, Any] = {}
+        for name, value in given.items():
+            if isinstance(value, list | tuple):
+                for i, element in enumerate(value, start=1):
+                    values[f"{name}[{i}]"] = self._value(f"{name}[{i}]", element)
+                if f"{name}[{len(value) + 1}]" in self._settable:
+                    raise ParameterError(
+                        f"{self.path.name}: {len(value)} values given for '{name}', it has more"
+                    )
+            else:
+                values[name] = self._value(name, value)
+        return values
+
+    def _value(self, name: str, value: Any) -> Any:
+        where = self.path.name
+        variable = self._settable.get(name)
+        if variable is None:
+            known = [n for n, v in self._settable.items() if v.causality == "parameter"]
+            raise ParameterError(
+                f"{where} has no parameter '{name}'; parameters: {listing(known)}"
+                f"{suggest(name, self._settable)}"
+            )
+        if variable.type == "String":
+            return str(value)
+        if isinstance(value, bool) != (variable.type == "Boolean") or not isinstance(
+            value, int | float
+        ):
+            raise ParameterError(f"{where}: {name} is a {variable.type}, {value!r} is not")
+        if variable.type in ("Integer", "Enumeration") and value != int(value):
+            raise ParameterError(f"{where}: {name} is a whole number, {value!r} is not")
+        _check_range(where, variable, value)
+        return value
+
+
+def _check_range(where: str, variable: Any, value: float) -> None:
+    low = -math.inf if variable.min is None else float(variable.min)
+    high = math.inf if variable.max is None else float(variable.max)
+    if not math.isfinite(value) or not low <= value <= high:
+        unit = f" {variable.unit}" if variable.unit not in (None, "1") else ""
+        raise ParameterError(
+            f"{where}: {variable.name} = {value:g}{unit} lies outside [{low:g}, {high:g}]"
+        )
+
+
+def _settable(v: Any) -> bool:
+    return v.causality in ("parameter", "input") or (
+        v.initial in ("exact", "approx") and v.variability != "constant"
+    )
+
+
+def _start(v: Any) -> Any:
+    if v.start is None or v.type == "String":
+        return v.start
+    if v.type == "Boolean":
+        return str(v.start).lower() in ("true", "1")
+    return float(v.start) if v.type == "Real" else int(v.start)
+
+
+def _unit(v: Any) -> str | None:
+    """Return the port's unit; None where the FMU gives none, or one that we cannot read."""
+    unit = v.unit or (v.declaredType.unit if v.declaredType is not None else None)
+    try:
+        parse(unit or "")
+    except UnitError:
+        return None
+    return unit
+
+
+def _remake(path: Path, period: float | None, values: dict[str, Any]) -> Fmu:
+    return Fmu(path, period=period, **values)

@@ -1,0 +1,57 @@
+"""Time as integer ticks of a base step: t_k = (start + k · step), rounded once.
+
+A time or step is taken for the decimal (or simple fraction) that its float stands for: 0.05 is
+1/20 and not 0.05000000000000000277. So t_k equals the number a user would type, 0.3/0.1 is 3,
+and nothing accumulates.
+"""
+
+from dataclasses import dataclass
+from fractions import Fraction
+
+from ..base.errors import DiagramError
+
+_SIMPLE = 1_000_000
+
+
+def rational(seconds: float | Fraction) -> Fraction:
+    """Return the simple fraction that a float stands for, else its shortest decimal."""
+    if isinstance(seconds, Fraction):
+        return seconds
+    simple = Fraction(seconds).limit_denominator(_SIMPLE)
+    return simple if float(simple) == seconds else Fraction(repr(float(seconds)))
+
+
+def plus(a: float, b: float) -> float:
+    """Return a + b as decimals: plus(0.1, 0.2) is 0.3."""
+    return float(rational(a) + rational(b))
+
+
+@dataclass(frozen=True)
+class Clock:
+    """Base step and start time (s); `time(k)` is the time of tick k."""
+
+    step: Fraction
+    start: Fraction = Fraction(0)
+
+    def time(self, tick: int) -> float:
+        """Return the time of a tick in s."""
+        return float(self.start + tick * self.step)
+
+    @property
+    def integers(self) -> tuple[int, int, int]:
+        """Return (a, b, q) with t_k = (a + k·b) / q: integers, divided once."""
+        q = self.start.denominator * self.step.denominator
+        a, b = int(self.start * q), int(self.step * q)
+        return a, b, q
+
+    def ticks(self, seconds: float | Fraction, what: str) -> int:
+        """Return a span in ticks; raise DiagramError if it is not a whole number of them."""
+        count = rational(seconds) / self.step
+        if count.denominator != 1:
+            below = int(count) * self.step
+            near = " or ".join(f"{float(t):g}" for t in (below, below + self.step) if t > 0)
+            raise DiagramError(
+                f"{what} = {float(seconds):g} s is no whole number of steps of "
+                f"{float(self.step):g} s; nearest: {near} s"
+            )
+        return int(count)

@@ -1,0 +1,188 @@
+"""The diagram: blocks by name, connected by `block.port`."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import TYPE_CHECKING, Any
+
+from ..base.errors import DiagramError, UnitError, listing, suggest
+from ..base.units import compatible, parse
+from .block import Block
+from .clock import rational
+
+if TYPE_CHECKING:
+    from .plan import Plan
+    from .result import Run
+
+
+@dataclass(frozen=True)
+class Port:
+    """One end of a connection."""
+
+    block: str
+    name: str
+
+    def __str__(self) -> str:
+        return f"{self.block}.{self.name}"
+
+
+class Diagram:
+    """Blocks and connections, stepped together at a base step (s).
+
+    A run does not change the diagram. Mistakes raise DiagramError (UnitError for units) at the
+    call that makes them; an input left open and an algebraic loop when the diagram is run.
+    """
+
+    def __init__(self, name: str, *, step: float | Fraction) -> None:
+        if not (isinstance(step, float | int | Fraction) and 0 < step < float("inf")):
+            raise DiagramError(f"diagram '{name}': step must be a positive time in s, not {step!r}")
+        self.name = name
+        self.step = rational(step)
+        self._blocks: dict[str, Block] = {}
+        self._sources: dict[Port, Port] = {}  # input -> the output that drives it
+        self._units: dict[Port, str] = {}
+
+    def __repr__(self) -> str:
+        return f"Diagram({self.name!r}, step={float(self.step):g}, blocks: {listing(self._blocks)})"
+
+    @property
+    def blocks(self) -> Mapping[str, Block]:
+        """The blocks by name."""
+        return dict(self._blocks)
+
+    @property
+    def connections(self) -> Mapping[Port, Port]:
+        """For each driven input the output that drives it."""
+        return dict(self._sources)
+
+    def add(self, name: str, block: Block) -> None:
+        """Add a block under a name, which is a Python identifier."""
+        if not name.isidentifier():
+            raise DiagramError(f"'{name}' cannot name a block: letters, digits and _ only")
+        if name in self._blocks:
+            raise DiagramError(f"'{self.name}' already has a block '{name}'")
+        if not isinstance(block, Block):
+            hint = "; an FMU's path goes into Fmu(path)" if isinstance(block, str) else ""
+            raise DiagramError(f"add('{name}', …) needs a block, not {block!r}{hint}")
+        for port, unit in (*block.inputs.items(), *block.outputs.items()):
+            if unit is not None:
+                try:
+                    parse(unit)
+                except UnitError as error:
+                    raise UnitError(f"block '{name}', port '{port}': {error}") from None
+        self._blocks[name] = block
+        for ports in (block.inputs, block.outputs):
+            self._units |= {Port(name, p): unit for p, unit in ports.items() if unit is not None}
+
+    def connect(self, source: str, target: str) -> None:
+        """Connect an output "block.port" to an input "block.port"."""
+        a, b = self.port(source, "output"), self.port(target, "input")
+        if b in self._sources:
+            raise DiagramError(
+                f"connect({a} → {b}): {b} is driven already, by {self._sources[b]}; "
+                "join signals in a Sum block"
+            )
+        before = dict(self._units)
+        self._sources[b] = a
+        try:
+            self._spread(a, b)
+        except UnitError:
+            del self._sources[b]
+            self._units = before
+            raise
+
+    def port(self, spelling: str, kind: str) -> Port:
+        """Return the port spelled "block.port"; `kind` is "input" or "output"."""
+        name, dot, port = spelling.partition(".")
+        block = self.block(name)
+        ports = block.inputs if kind == "input" else block.outputs
+        if not dot or port not in ports:
+            others = block.outputs if kind == "input" else block.inputs
+            turned = f" ('{port}' is the other way round)" if port in others else ""
+            raise DiagramError(
+                f"block '{name}' has no {kind} '{port}'{turned}; {kind}s: {listing(ports)}"
+                f"{suggest(port, ports)}"
+            )
+        return Port(name, port)
+
+    def block(self, name: str) -> Block:
+        """Return a block by name."""
+        if name not in self._blocks:
+            raise DiagramError(
+                f"no block '{name}' in '{self.name}'; blocks: {listing(self._blocks)}"
+                f"{suggest(name, self._blocks)}"
+            )
+        return self._blocks[name]
+
+    def unit(self, port: Port) -> str | None:
+        """Return a port's unit; None if nothing connected has one."""
+        return self._units.get(port)
+
+    def with_values(self, values: Mapping[str, Any]) -> "Diagram":
+        """Return a copy with parameters changed, spelled "block.parameter"."""
+        blocks = dict(self._blocks)
+        for spelling, value in values.items():
+            name, dot, parameter = spelling.partition(".")
+            if not dot:
+                raise DiagramError(f"'{spelling}' is not spelled block.parameter")
+            self.block(name)
+            blocks[name] = blocks[name].with_parameter(parameter, value)
+        copy = Diagram(self.name, step=self.step)
+        for name, block in blocks.items():
+            copy.add(name, block)
+        for target, source in self._sources.items():
+            copy.connect(str(source), str(target))
+        return copy
+
+    def plan(self, *, start: float = 0.0) -> "Plan":
+        """Return the schedule; raise DiagramError for an open input or an algebraic loop."""
+        from .plan import make_plan
+
+        return make_plan(self, start)
+
+    def run(
+        self,
+        stop: float,
+        *,
+        start: float = 0.0,
+        record: Sequence[str] | None = None,
+        progress: bool = True,
+    ) -> "Run":
+        """Run afresh from start to stop (s) and return the recorded signals.
+
+        `record` lists the outputs to keep ("block.port"; default: all). N steps give N + 1 rows.
+        On a terminal a progress bar appears after two seconds, unless `progress` is False.
+        Raise SimulationError, which carries the rows so far, if a block fails.
+        """
+        from .run import run
+
+        return run(self.plan(start=start), stop, record=record, progress=progress)
+
+    # Units: known ones travel along connections and through blocks that share a unit.
+
+    def _spread(self, a: Port, b: Port) -> None:
+        known = [self._units[p] for p in (a, b) if p in self._units]
+        if len(known) == 2:
+            if not compatible(*known):
+                raise UnitError(f"connect({a} [{known[0]}] → {b} [{known[1]}]): units differ")
+        elif known:
+            self._learn(a if b in self._units else b, known[0])
+
+    def _learn(self, port: Port, unit: str) -> None:
+        """Give a port its unit, and with it all that must share it."""
+        if port in self._units:
+            if not compatible(self._units[port], unit):
+                raise UnitError(
+                    f"{port} would need both [{self._units[port]}] and [{unit}]: units differ"
+                )
+            return
+        block = self._blocks[port.block]
+        if not block.shares_unit:
+            return
+        self._units[port] = unit
+        free = [p for ports in (block.inputs, block.outputs) for p, u in ports.items() if u is None]
+        for name in free:
+            self._learn(Port(port.block, name), unit)
+        for target, source in self._sources.items():
+            if port in (source, target):
+                self._spread(source, target)

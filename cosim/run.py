@@ -1,0 +1,225 @@
+"""Running a plan: initialization, the ticks in chunks, and what is kept when a block fails."""
+
+import struct
+from collections.abc import Sequence
+from dataclasses import dataclass
+from time import perf_counter
+from typing import Any
+
+import numpy as np
+
+from ..base.errors import AlgebraicLoopError, DiagramError, RailcosimError, listing, suggest
+from .blocks.fmu import Fmu
+from .fmi2 import FmuInstance
+from .generate import Program, generate
+from .plan import Plan
+from .result import Run, SimulationError
+
+_CHUNK_SECONDS = 0.1  # between two looks at the clock, the progress bar and the signals
+
+
+def run(
+    plan: Plan, stop: float, *, record: Sequence[str] | None = None, progress: bool = True
+) -> Run:
+    """Run a plan to `stop` (s); see Diagram.run."""
+    if not stop > float(plan.clock.start):
+        raise DiagramError(f"stop = {stop:g} s must lie after start = {float(plan.clock.start):g} s")
+    ticks = plan.clock.ticks(stop, "stop") - plan.clock.ticks(plan.clock.start, "start")
+    kept = _signals(plan, record)
+    instances: dict[str, FmuInstance] = {}
+    try:
+        for node in plan.nodes:
+            if isinstance(node.block, Fmu):
+                instances[node.name] = node.block.instance(node.name)
+        program = generate(plan, instances, kept)
+        values = _initialize(plan, program, instances, float(stop))
+        return _Loop(plan, program, kept, ticks, progress).run(values)
+    finally:
+        for instance in instances.values():
+            instance.close()
+
+
+def _signals(plan: Plan, record: Sequence[str] | None) -> list[int]:
+    if record is None:
+        return list(range(len(plan.signals)))
+    for name in record:
+        if name not in plan.signals:
+            raise DiagramError(
+                f"no signal '{name}' to record in '{plan.name}'; signals: {listing(plan.signals)}"
+                f"{suggest(name, plan.signals)}"
+            )
+    return [plan.signals.index(name) for name in record]
+
+
+def _initialize(
+    plan: Plan, program: Program, instances: dict[str, FmuInstance], stop: float
+) -> list[Any]:
+    """Bring all FMUs through initialization mode and return the values at the start.
+
+    There FMI allows reading outputs after setting inputs. So the first tick's outputs are
+    computed again, from the same states, until the FMUs' outputs stay as they are: as many
+    sweeps as there are FMUs in a chain, and one more to see it.
+    """
+    start = plan.clock.time(0)
+    nodes = {node.name: node for node in plan.nodes}
+    for instance in instances.values():
+        instance.enter_initialization(start, stop)
+        instance.fetch()
+    values = list(program.start)
+    states = len(plan.nodes)
+    for _ in range(len(instances) + 2):
+        before = {name: instance.outputs() for name, instance in instances.items()}
+        try:
+            signals = program.observe(0, values)[states:]
+        except Exception as error:
+            name, _ = _where(program, error)
+            what = _failed(name, start, error)
+            raise SimulationError(what, _empty(plan, what)) from error
+        for name, instance in instances.items():
+            instance.inputs([signals[i] for i in nodes[name].inputs])
+            instance.put()
+            instance.fetch()
+        if before == {name: instance.outputs() for name, instance in instances.items()}:
+            break
+    else:
+        raise AlgebraicLoopError(
+            f"'{plan.name}': the initial outputs of {listing(instances)} do not settle; they depend "
+            "on each other without a delay"
+        )
+    for instance in instances.values():
+        instance.exit_initialization()
+        instance.fetch()
+    return values
+
+
+@dataclass
+class _Loop:
+    """The ticks of one run: chunks of about 0.1 s, each packed into one buffer of rows."""
+
+    plan: Plan
+    program: Program
+    kept: list[int]
+    ticks: int
+    progress: bool
+
+    def __post_init__(self) -> None:
+        self.layout = struct.Struct(f"{len(self.kept)}d")
+        self.chunks: list[np.ndarray] = []
+        self.done = 0  # ticks whose rows are kept
+
+    def run(self, values: list[Any]) -> Run:
+        from tqdm import tqdm
+
+        began = perf_counter()
+        # disable=None: no bar where standard error is not a terminal.
+        with tqdm(
+            total=self.ticks,
+            desc=self.plan.name,
+            unit=" steps",
+            delay=2.0,
+            disable=None if self.progress else True,
+            leave=False,
+        ) as bar:
+            size = 256
+            while self.done < self.ticks:
+                end = min(self.done + size, self.ticks)
+                before = perf_counter()
+                count = end - self.done
+                values = self._chunk(end, values)
+                bar.update(count)
+                spent = perf_counter() - before
+                size = max(64, min(4 * size, int(count * _CHUNK_SECONDS / max(spent, 1e-6))))
+        self._last_row(values)
+        return self._result(None, {"wall_time": perf_counter() - began})
+
+    def _chunk(self, end: int, values: list[Any]) -> list[Any]:
+        rows = bytearray((end - self.done) * self.layout.size)
+        try:
+            values = self.program.advance(
+                self.done, end, values, self.layout.pack_into, rows, self.layout.size
+            )
+        except Exception as error:
+            self._fail(error, rows)
+        self._keep(rows, end)
+        return values
+
+    def _last_row(self, values: list[Any]) -> None:
+        row = bytearray(self.layout.size)
+        try:
+            signals = self.program.observe(self.ticks, values)[len(self.plan.nodes) :]
+            self.layout.pack_into(row, 0, *(signals[i] for i in self.kept))
+        except Exception as error:
+            self._fail(error, row)
+        self._keep(row, self.ticks + 1)
+
+    def _keep(self, rows: bytearray, end: int) -> None:
+        """Append rows; a signal that is not finite ends the run at its row."""
+        block = np.frombuffer(rows).reshape(end - self.done, len(self.kept))
+        bad = ~np.isfinite(block)
+        if bad.any():
+            row, column = (int(i) for i in np.argwhere(bad)[0])
+            self.chunks.append(block[: row + 1])
+            time = self.plan.clock.time(self.done + row)
+            signal = self.plan.signals[self.kept[column]]
+            what = f"{signal} is {block[row, column]:g} at t = {time:.9g} s"
+            self.done += row + 1
+            raise SimulationError(what, self._result(what))
+        self.chunks.append(block)
+        self.done = end
+
+    def _fail(self, error: Exception, rows: bytearray) -> None:
+        """Keep the complete rows before a block's failure and raise SimulationError."""
+        name, tick = _where(self.program, error)
+        tick = self.done if tick is None else tick
+        recorded = _packed(self.program, error)
+        complete = tick - self.done + (1 if recorded else 0)
+        if complete and self.kept:
+            self._keep(rows[: complete * self.layout.size], self.done + complete)
+        what = _failed(name, self.plan.clock.time(tick), error)
+        raise SimulationError(what, self._result(what)) from error
+
+    def _result(self, failure: str | None, info: dict[str, Any] | None = None) -> Run:
+        clock, columns = self.plan.clock, tuple(self.plan.signals[i] for i in self.kept)
+        values = np.concatenate(self.chunks) if self.chunks else np.empty((0, len(columns)))
+        time = np.array([clock.time(k) for k in range(len(values))])
+        units = {c: self.plan.units[c] for c in columns if c in self.plan.units}
+        return Run(self.plan.name, time, values, columns, units, failure, info or {})
+
+
+def _where(program: Program, error: BaseException) -> tuple[str | None, int | None]:
+    """Return the block in whose line the generated code failed, and the tick."""
+    for frame, line in _frames(error):
+        if frame.f_code.co_filename == program.filename:
+            return program.node_of_line.get(line), frame.f_locals.get("k")
+    return None, None
+
+
+def _packed(program: Program, error: BaseException) -> bool:
+    """Return whether the failing tick's row had been recorded: the failure came in its updates."""
+    for frame, line in _frames(error):
+        if frame.f_code.co_filename == program.filename:
+            lines = program.source.splitlines()
+            pack = next(i for i, text in enumerate(lines, start=1) if "pack(" in text and i > 1)
+            return frame.f_code.co_name == "advance" and line > pack
+    return False
+
+
+def _frames(error: BaseException) -> Any:
+    trace = error.__traceback__
+    while trace is not None:
+        yield trace.tb_frame, trace.tb_lineno
+        trace = trace.tb_next
+
+
+def _failed(name: str | None, time: float, error: Exception) -> str:
+    if isinstance(error, RailcosimError):
+        return str(error)
+    block = f"block '{name}'" if name else "the diagram"
+    words = str(error) or type(error).__name__
+    return f"{block} failed at t = {time:.9g} s: {type(error).__name__}: {words}"
+
+
+def _empty(plan: Plan, failure: str) -> Run:
+    return Run(plan.name, np.empty(0), np.empty((0, 0)), (), {}, failure)
+
+

@@ -1,0 +1,65 @@
+"""The plants that come with railcosim, by name, and how to reach one: ours or a user's own."""
+
+import importlib.util
+import sys
+from importlib import import_module
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from ..base.errors import FileError, ParameterError, RailcosimError, listing, suggest
+
+if TYPE_CHECKING:
+    from .plant import Plant
+
+PLANTS = {
+    "second_order_train": "train speed as an identified second-order system (gain, wn, damping)",
+}
+
+
+def catalogue() -> dict[str, str]:
+    """Return the plants' names, each with one line of description."""
+    return dict(PLANTS)
+
+
+def plant_named(name: str) -> "Plant":
+    """Return a plant by its name, or from a user's file as "path/to/file.py:function".
+
+    The function takes no arguments and returns a finished `Plant`. Raise ParameterError for an
+    unknown name, FileError for a file that cannot be read or has no such function.
+    """
+    file, colon, function = name.rpartition(":")
+    if colon and file.endswith(".py"):
+        return _from_file(Path(file), function)
+    key = name.replace("-", "_")
+    if key not in PLANTS:
+        raise ParameterError(
+            f"no model '{name}'; models: {listing(PLANTS)}, or FILE.py:FUNCTION"
+            f"{suggest(key, PLANTS)}"
+        )
+    return getattr(import_module(f".{key}", __package__), key)()
+
+
+def _from_file(file: Path, function: str) -> "Plant":
+    from .plant import Plant
+
+    if not file.is_file():
+        raise FileError(f"no file {file}")
+    spec = importlib.util.spec_from_file_location(f"railcosim_user_{file.stem}", file)
+    assert spec is not None and spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    sys.modules[spec.name] = module
+    try:
+        spec.loader.exec_module(module)
+        plant = getattr(module, function)()
+    except RailcosimError:
+        raise
+    except AttributeError as error:
+        if hasattr(module, function):
+            raise FileError(f"{file}: {function}() failed: {error}") from error
+        names = [n for n, v in vars(module).items() if callable(v) and not n.startswith("_")]
+        raise FileError(f"{file} has no function '{function}'; it has {listing(names)}") from error
+    except Exception as error:
+        raise FileError(f"{file}: {type(error).__name__}: {error}") from error
+    if not isinstance(plant, Plant):
+        raise FileError(f"{file}: {function}() returns {type(plant).__name__}, not a Plant")
+    return plant

@@ -1,0 +1,373 @@
+"""`Plant`: variables with units and equations in CasADi, checked as they are declared."""
+
+import re
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from types import TracebackType
+from typing import Any, Literal, Self
+
+import casadi as ca
+
+from ..base import units
+from ..base.errors import DeclarationError, UnitError, listing, suggest
+
+Kind = Literal["input", "parameter", "state", "output"]
+Variability = Literal["continuous", "fixed", "tunable"]
+Number = float | Iterable[float]
+
+# FMI's structured naming convention, without array indices (size makes those) and quoted names.
+_NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_]*(\.[A-Za-z_][A-Za-z0-9_]*)*")
+RESERVED = "solver."
+
+
+@dataclass(frozen=True)
+class Variable:
+    """A declared variable: `size` None means a scalar, a number a vector of that length.
+
+    `start`, `minimum`, `maximum` and `nominal` hold one number for each element (or are None).
+    """
+
+    name: str
+    kind: Kind
+    unit: str
+    description: str
+    size: int | None
+    start: tuple[float, ...] | None
+    minimum: tuple[float, ...] | None
+    maximum: tuple[float, ...] | None
+    nominal: tuple[float, ...] | None
+    variability: Variability
+    symbol: ca.MX
+
+    @property
+    def length(self) -> int:
+        """Number of elements."""
+        return 1 if self.size is None else self.size
+
+    @property
+    def element_names(self) -> tuple[str, ...]:
+        """Scalar names: "speed", or "force[1]", "force[2]", …"""
+        if self.size is None:
+            return (self.name,)
+        return tuple(f"{self.name}[{i + 1}]" for i in range(self.size))
+
+
+class Plant:
+    """A plant's declaration. Everything is declared inside a `with` block::
+
+        with Plant("cart", description="A cart on a track") as plant:
+            force = plant.input("force", unit="N")
+            mass = plant.parameter("mass", 1000.0, unit="kg", minimum=1.0)
+            speed = plant.state("speed", unit="m/s", output=True)
+            plant.der(speed, force / mass)
+
+    The block's end checks that every state has its equation; afterwards the plant is read-only.
+    A mistake raises DeclarationError (UnitError for an unknown unit) where it is made. `stop` and
+    `step` (s) are the default experiment, which tools use when they are told nothing else.
+    """
+
+    def __init__(
+        self, name: str, *, description: str = "", stop: float = 10.0, step: float = 0.05
+    ) -> None:
+        _check_name(name, f"plant '{name}'")
+        if "." in name:
+            raise DeclarationError(f"plant '{name}': a plant's name has no dots (it names C code)")
+        for value, what in ((stop, "stop"), (step, "step")):
+            if not 0.0 < value < float("inf"):
+                raise DeclarationError(f"plant '{name}': {what} must be a positive time in s")
+        self.name = name
+        self.description = description
+        self.stop = float(stop)
+        self.step = float(step)
+        self.time = ca.MX.sym("time")
+        self._variables: dict[str, Variable] = {}
+        self._derivatives: dict[str, ca.MX] = {}
+        self._outputs: dict[str, ca.MX] = {}
+        self._output_states: list[str] = []
+        self._complete = False
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, tb: TracebackType | None
+    ) -> None:
+        if kind is None:
+            self._finish()
+
+    def __repr__(self) -> str:
+        counts = ", ".join(f"{len(self.variables(kind))} {kind}s" for kind in _KINDS)
+        return f"Plant({self.name!r}: {counts})"
+
+    # Declaring
+
+    def input(
+        self,
+        name: str,
+        *,
+        unit: str,
+        start: Number = 0.0,
+        minimum: Number | None = None,
+        maximum: Number | None = None,
+        nominal: Number | None = None,
+        size: int | None = None,
+        description: str = "",
+    ) -> Any:
+        """Declare an input and return its symbol; `start` is its value until it is first set."""
+        bounds = (start, minimum, maximum, nominal)
+        return self._declare(name, "input", unit, bounds, size, "continuous", description)
+
+    def parameter(
+        self,
+        name: str,
+        value: Number,
+        *,
+        unit: str,
+        minimum: Number | None = None,
+        maximum: Number | None = None,
+        nominal: Number | None = None,
+        size: int | None = None,
+        tunable: bool = False,
+        description: str = "",
+    ) -> Any:
+        """Declare a parameter and return its symbol.
+
+        A fixed parameter is set before the run; a tunable one also between steps.
+        """
+        bounds = (value, minimum, maximum, nominal)
+        variability = "tunable" if tunable else "fixed"
+        return self._declare(name, "parameter", unit, bounds, size, variability, description)
+
+    def state(
+        self,
+        name: str,
+        *,
+        unit: str,
+        start: Number = 0.0,
+        minimum: Number | None = None,
+        maximum: Number | None = None,
+        nominal: Number | None = None,
+        size: int | None = None,
+        output: bool = False,
+        description: str = "",
+    ) -> Any:
+        """Declare a continuous state and return its symbol; `output=True` makes it a port too."""
+        bounds = (start, minimum, maximum, nominal)
+        symbol = self._declare(name, "state", unit, bounds, size, "continuous", description)
+        if output:
+            self._output_states.append(name)
+        return symbol
+
+    def output(
+        self,
+        name: str,
+        expression: Any,
+        *,
+        unit: str,
+        minimum: Number | None = None,
+        maximum: Number | None = None,
+        nominal: Number | None = None,
+        description: str = "",
+    ) -> None:
+        """Declare an output computed from time, inputs, parameters and states."""
+        value = self._expression(expression, f"output '{name}'")
+        size = None if value.is_scalar() else value.shape[0]
+        bounds = (None, minimum, maximum, nominal)
+        self._declare(name, "output", unit, bounds, size, "continuous", description)
+        self._outputs[name] = value
+
+    def der(self, state: Any, expression: Any) -> None:
+        """Give a state's time derivative, in the state's unit per second."""
+        self._open("der")
+        variable = self._of_symbol(state)
+        if variable is None or variable.kind != "state":
+            given = f"{variable.kind} '{variable.name}'" if variable else f"'{state}'"
+            raise DeclarationError(
+                f"plant '{self.name}': der() needs a declared state, not {given}; "
+                f"states: {listing(v.name for v in self.variables('state'))}"
+            )
+        if variable.name in self._derivatives:
+            raise DeclarationError(
+                f"plant '{self.name}': der({variable.name}) is given twice; keep one equation"
+            )
+        value = self._expression(expression, f"der({variable.name})")
+        if value.is_scalar() and variable.length > 1:
+            value = ca.repmat(value, variable.length, 1)
+        if value.shape != (variable.length, 1):
+            raise DeclarationError(
+                f"plant '{self.name}': der({variable.name}) has {value.shape[0]} elements, "
+                f"the state has {variable.length}"
+            )
+        self._derivatives[variable.name] = value
+
+    # Reading
+
+    def variables(self, *kinds: Kind) -> tuple[Variable, ...]:
+        """Return the variables of these kinds (all without any), in the order of declaration."""
+        return tuple(v for v in self._variables.values() if not kinds or v.kind in kinds)
+
+    @property
+    def output_states(self) -> tuple[str, ...]:
+        """Names of the states that are outputs as well."""
+        return tuple(self._output_states)
+
+    @property
+    def derivatives(self) -> Mapping[str, ca.MX]:
+        """The right-hand side of each state, by its name."""
+        self.require_complete()
+        return self._derivatives
+
+    @property
+    def outputs(self) -> Mapping[str, ca.MX]:
+        """The expression of each computed output, by its name."""
+        self.require_complete()
+        return self._outputs
+
+    def require_complete(self) -> None:
+        """Raise DeclarationError unless the declaration has been finished."""
+        if not self._complete:
+            raise DeclarationError(
+                f"plant '{self.name}' is not finished: declare it inside 'with Plant(…) as plant:'"
+            )
+
+    # Checking
+
+    def _open(self, what: str) -> None:
+        if self._complete:
+            raise DeclarationError(
+                f"plant '{self.name}': '{what}' comes after the declaration's end; "
+                "move it into the 'with' block"
+            )
+
+    def _declare(
+        self,
+        name: str,
+        kind: Kind,
+        unit: str,
+        bounds: tuple[Number | None, ...],
+        size: int | None,
+        variability: Variability,
+        description: str,
+    ) -> ca.MX:
+        where = f"plant '{self.name}', {kind} '{name}'"
+        self._open(name)
+        _check_name(name, where)
+        if name in self._variables or name == "time":
+            other = self._variables[name].kind if name in self._variables else "the independent"
+            raise DeclarationError(f"{where}: the name is taken ({other} variable)")
+        try:
+            units.parse(unit)
+        except UnitError as error:
+            raise UnitError(f"{where}: {error}") from None
+        if size is not None and (not isinstance(size, int) or size < 1):
+            raise DeclarationError(f"{where}: size must be a whole number from 1, not {size!r}")
+        start, low, high, nominal = (_elements(b, size, where) for b in bounds)
+        _check_bounds(where, start, low, high, nominal)
+        symbol = ca.MX.sym(name, size or 1)
+        self._variables[name] = Variable(
+            name, kind, unit, description, size, start, low, high, nominal, variability, symbol
+        )
+        return symbol
+
+    def _expression(self, expression: Any, where: str) -> ca.MX:
+        where = f"plant '{self.name}', {where}"
+        try:
+            value = ca.densify(ca.MX(expression))
+        except (NotImplementedError, TypeError):
+            kind = type(expression).__name__
+            raise DeclarationError(f"{where}: a {kind} is not a CasADi MX expression") from None
+        if value.shape[1] != 1:
+            raise DeclarationError(f"{where}: shape {value.shape} is not a column vector")
+        known = {v.symbol.__hash__() for v in self._variables.values()} | {self.time.__hash__()}
+        for symbol in ca.symvar(value):
+            if symbol.__hash__() not in known:
+                hint = suggest(symbol.name(), self._variables)
+                raise DeclarationError(f"{where} uses '{symbol.name()}', not declared here{hint}")
+        if has_nan_constant(value):
+            raise DeclarationError(
+                f"{where} holds a NaN: use CasADi's functions on symbols, not math's or float()"
+            )
+        return value
+
+    def _of_symbol(self, symbol: Any) -> Variable | None:
+        if not isinstance(symbol, ca.MX):
+            return None
+        found = (v for v in self._variables.values() if ca.is_equal(v.symbol, symbol))
+        return next(found, None)
+
+    def _finish(self) -> None:
+        missing = [v.name for v in self.variables("state") if v.name not in self._derivatives]
+        if missing:
+            raise DeclarationError(
+                f"plant '{self.name}': no equation der(…) for {listing(missing)}; "
+                "every state needs one"
+            )
+        if not self._output_states and not self._outputs:
+            raise DeclarationError(
+                f"plant '{self.name}' has no output; use state(…, output=True) or output(…)"
+            )
+        self._complete = True
+
+
+_KINDS: tuple[Kind, ...] = ("input", "parameter", "state", "output")
+
+
+def has_nan_constant(expression: Any) -> bool:
+    """Return whether a CasADi MX or SX expression contains a NaN constant."""
+    function = ca.Function("f", ca.symvar(expression), [expression])
+    if function.is_a("SXFunction"):
+        constants = (
+            function.instruction_constant(i)
+            for i in range(function.n_instructions())
+            if function.instruction_id(i) == ca.OP_CONST
+        )
+        return any(c != c for c in constants)
+    for i in range(function.n_instructions()):
+        if function.instruction_id(i) == ca.OP_CONST:
+            values = function.instruction_MX(i).to_DM().nonzeros()
+            if any(c != c for c in values):
+                return True
+    return False
+
+
+def _check_name(name: str, where: str) -> None:
+    if not _NAME.fullmatch(name):
+        raise DeclarationError(
+            f"{where}: FMI's structured names are letters, digits and _ with dots between, "
+            "and do not start with a digit"
+        )
+    if f"{name}.".startswith(RESERVED):
+        raise DeclarationError(f"{where}: names that begin with '{RESERVED}' are the solver's")
+
+
+def _elements(value: Number | None, size: int | None, where: str) -> tuple[float, ...] | None:
+    if value is None:
+        return None
+    try:
+        numbers = [float(value)] if isinstance(value, int | float) else [float(v) for v in value]
+    except (TypeError, ValueError):
+        raise DeclarationError(f"{where}: {value!r} is not a number or a list of them") from None
+    if len(numbers) == 1 and size is not None:
+        numbers *= size
+    if len(numbers) != (size or 1):
+        raise DeclarationError(f"{where}: {len(numbers)} values given for {size or 1} elements")
+    return tuple(numbers)
+
+
+def _check_bounds(
+    where: str,
+    start: tuple[float, ...] | None,
+    low: tuple[float, ...] | None,
+    high: tuple[float, ...] | None,
+    nominal: tuple[float, ...] | None,
+) -> None:
+    for numbers in (start, low, high, nominal):
+        if numbers and any(n != n or n in (float("inf"), float("-inf")) for n in numbers):
+            raise DeclarationError(f"{where}: values and bounds must be finite")
+    if low and high and any(a > b for a, b in zip(low, high, strict=True)):
+        raise DeclarationError(f"{where}: minimum lies above maximum")
+    if nominal and any(n <= 0.0 for n in nominal):
+        raise DeclarationError(f"{where}: nominal must be positive")
+    for value, a, b in zip(start or (), low or start or (), high or start or (), strict=True):
+        if not a <= value <= b:
+            raise DeclarationError(f"{where}: start {value:g} lies outside [{a:g}, {b:g}]")
