@@ -1,0 +1,251 @@
+"""The command line: `railcosim COMMAND`. Nothing heavy is imported before a command needs it."""
+
+import argparse
+import ast
+import os
+import shlex
+import sys
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NoReturn
+
+from .base.errors import RailcosimError
+
+if TYPE_CHECKING:
+    from .studies.results import Results
+
+
+class _Parser(argparse.ArgumentParser):
+    """Errors in one line, exit code 1, as everywhere in railcosim."""
+
+    def error(self, message: str) -> NoReturn:
+        raise RailcosimError(f"{message} (see: {self.prog} --help)")
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run a command and return the exit code: 0 only when all went well."""
+    try:
+        options = _parser().parse_args(arguments)
+        return options.run(options) or 0
+    except RailcosimError as error:
+        print(f"railcosim: {error}", file=sys.stderr)
+        return 1
+    except KeyboardInterrupt:
+        print("railcosim: interrupted", file=sys.stderr)
+        return 130
+    except BrokenPipeError:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return 1
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = _Parser(
+        prog="railcosim",
+        description="Train plants as FMI 2.0 FMUs, co-simulated with Python controllers.",
+    )
+    parser.add_argument("--version", action="version", version=_Version())
+    commands = parser.add_subparsers(title="commands", metavar="COMMAND", required=True)
+
+    def command(name: str, run: Callable[[Any], Any], text: str) -> argparse.ArgumentParser:
+        made = commands.add_parser(name, help=text, description=text[0].upper() + text[1:] + ".")
+        made.set_defaults(run=run)
+        return made
+
+    command("studies", _studies, "list the studies")
+    run = command("run", _run, "run a study: metrics, traces, figures and ledger")
+    run.add_argument("study", metavar="STUDY")
+    run.add_argument("--out", metavar="DIR", help="results folder (default: results/STUDY)")
+    run.add_argument(
+        "--set", metavar="BLOCK.PARAMETER=VALUE", action="append", default=[], dest="values",
+        help="change a parameter wherever the study has it; may be repeated",
+    )  # fmt: skip
+
+    command("models", _models, "list the plants with their variables")
+    export = command("export", _export, "write a plant as an FMU for other tools")
+    export.add_argument("model", metavar="MODEL", help="a plant's name, or FILE.py:FUNCTION")
+    export.add_argument("--out", metavar="F.fmu", help="file (default: MODEL.fmu)")
+    export.add_argument(
+        "--platform", metavar="LIST", help="linux64,win64,darwin64 (default: this machine's)"
+    )
+
+    info = command("info", _info, "show what an FMU says of itself")
+    info.add_argument("fmu", metavar="FMU")
+    check = command("check", _check, "check an FMU: structure, behaviour, and against a reference")
+    check.add_argument("fmu", metavar="FMU")
+    check.add_argument("--reference", metavar="F.csv", help="time and variables to compare with")
+    check.add_argument("--input", metavar="F.csv", help="time and input variables to apply")
+    check.add_argument("--step", type=float, metavar="S", help="communication step in s")
+    check.add_argument("--stop", type=float, metavar="S", help="stop time in s")
+    check.add_argument(
+        "--tolerance", type=float, metavar="X", help="allowed error, relative to the signal's size"
+    )
+
+    simulate = command("simulate", _simulate, "run one FMU, with inputs from a file")
+    simulate.add_argument("fmu", metavar="FMU")
+    simulate.add_argument("--input", metavar="F.csv", help="time and input variables to apply")
+    simulate.add_argument("--step", type=float, metavar="S", help="communication step in s")
+    simulate.add_argument("--stop", type=float, metavar="S", help="stop time in s")
+    simulate.add_argument(
+        "--set", metavar="VARIABLE=VALUE", action="append", default=[], dest="values",
+        help="set a parameter, start value or constant input; may be repeated",
+    )  # fmt: skip
+    simulate.add_argument(
+        "--out", metavar="F", default="result.csv", help=".csv or .parquet (default: result.csv)"
+    )
+    return parser
+
+
+class _Version(str):
+    """The version, looked up only when it is printed."""
+
+    __slots__ = ()
+
+    def __mod__(self, other: Any) -> str:
+        from importlib.metadata import version
+
+        return f"railcosim {version('railcosim')}"
+
+
+def _values(pairs: Sequence[str]) -> dict[str, Any]:
+    """Return NAME=VALUE pairs; a value is a Python literal, else a text."""
+    values: dict[str, Any] = {}
+    for pair in pairs:
+        name, equals, text = pair.partition("=")
+        if not equals or not name:
+            raise RailcosimError(f"--set {pair}: write NAME=VALUE")
+        try:
+            values[name] = ast.literal_eval(text)
+        except (ValueError, SyntaxError):
+            values[name] = text
+    return values
+
+
+# Studies
+
+
+def _studies(options: Any) -> None:
+    from .studies.registry import STUDIES
+
+    for name, (_, title) in STUDIES.items():
+        print(f"{name:18} {title}")
+
+
+def _run(options: Any) -> int:
+    from time import perf_counter
+
+    from .studies.case import run_cases, with_overrides
+    from .studies.metrics import UNITS
+    from .studies.registry import study_named
+    from .studies.results import prepare, write_data, write_figure, write_ledger
+
+    began = perf_counter()
+    study = study_named(options.study)
+    overrides = _values(options.values)
+    folder = Path(options.out or Path("results", study.name))
+    prepare(folder)
+    results = run_cases(study.name, with_overrides(study.cases(), overrides), UNITS)
+    command = ["railcosim", "run", study.name, "--out", str(folder)]
+    command += [word for pair in options.values for word in ("--set", pair)]
+    ledger = study.judge(results)
+    write_ledger(folder, ledger)
+    write_data(
+        folder,
+        results,
+        command=shlex.join(command),
+        overrides=overrides,
+        seconds=perf_counter() - began,
+    )
+    if results.failure:
+        raise RailcosimError(f"{results.failure}; the runs up to there are in {folder}")
+    for name, figure in study.figures(results).items():
+        write_figure(folder, name, figure)
+    _print_summary(results, ledger)
+    print(f"\n{len(results.runs)} runs, {perf_counter() - began:.1f} s; results in {folder}")
+    return 0
+
+
+def _print_summary(results: "Results", ledger: list[Any]) -> None:
+    for experiment, rows in results.metrics.items():
+        metrics = list(next(iter(rows.values())))
+        heads = [f"{name} [{results.units[name]}]" for name in metrics]
+        width = max(len(name) for name in rows)
+        print(f"\n{experiment}")
+        print("  " + " " * width + "".join(f"  {head:>{max(len(head), 9)}}" for head in heads))
+        for controller, row in rows.items():
+            cells = "".join(
+                f"  {_cell(row[name]):>{max(len(head), 9)}}"
+                for name, head in zip(metrics, heads, strict=True)
+            )
+            print(f"  {controller:{width}}{cells}")
+    print("\nThe paper's claims")
+    for entry in ledger:
+        print(f"  {entry.claim}\n      {entry.verdict}\n      ({entry.measured})")
+
+
+def _cell(value: float | None) -> str:
+    return "–" if value is None else f"{value:.4g}"
+
+
+# Models and FMUs
+
+
+def _models(options: Any) -> None:
+    from .models.catalogue import catalogue, plant_named
+
+    for name, text in catalogue().items():
+        print(f"{name}: {text}")
+        for v in plant_named(name).variables():
+            start = "" if v.start is None else " = " + ", ".join(f"{s:g}" for s in v.start)
+            size = "" if v.size is None else f"[{v.size}]"
+            print(f"  {v.kind:9} {v.name}{size}{start} [{v.unit}]  {v.description}")
+
+
+def _export(options: Any) -> None:
+    from .fmus import export
+    from .models.catalogue import plant_named
+
+    plant = plant_named(options.model)
+    path = Path(options.out or f"{plant.name}.fmu")
+    platforms = options.platform.split(",") if options.platform else None
+    export(plant, path, platforms=platforms)
+    print(f"{path}: {path.stat().st_size} bytes")
+
+
+def _info(options: Any) -> None:
+    from .fmus.info import describe
+
+    print(describe(Path(options.fmu)))
+
+
+def _check(options: Any) -> int:
+    from .fmus.check import check
+
+    report = check(
+        Path(options.fmu),
+        reference=options.reference,
+        inputs=options.input,
+        step=options.step,
+        stop=options.stop,
+        tolerance=options.tolerance,
+    )
+    print(report)
+    return 0 if report.passed else 1
+
+
+def _simulate(options: Any) -> None:
+    from .fmus.simulate import simulate
+
+    path = Path(options.out)
+    run = simulate(
+        Path(options.fmu),
+        inputs=options.input,
+        step=options.step,
+        stop=options.stop,
+        values=_values(options.values),
+        out=path,
+    )
+    print(f"{path}: {len(run.time)} rows of {len(run.columns)} signals")
+
+
+if __name__ == "__main__":
+    sys.exit(main())

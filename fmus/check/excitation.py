@@ -1,0 +1,77 @@
+"""Inputs for a check: from a file, or seeded random values within the inputs' bounds."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ...cosim import Fmu
+from ..tables import read_table, sample
+
+SEED = 1
+COARSE = 10  # the coarse communication step, in fine ones: inputs change only there
+
+
+@dataclass(frozen=True)
+class Excitation:
+    """Communication points (s) and the inputs held from each to the next."""
+
+    times: np.ndarray
+    inputs: Mapping[str, np.ndarray]
+    text: str
+
+    def row(self, k: int, names: list[str]) -> list[float]:
+        """Return the inputs held from point k on."""
+        return [float(self.inputs[name][k]) for name in names]
+
+
+def grid(step: float, stop: float) -> np.ndarray:
+    """Return communication points from 0: whole coarse steps, at least one, up to about `stop`."""
+    count = max(1, round(stop / step / COARSE)) * COARSE
+    return np.array([round(k * step, 12) for k in range(count + 1)])
+
+
+def from_file(file: str | Path, block: Fmu, description: Any, times: np.ndarray) -> Excitation:
+    """Return the file's inputs at these times; inputs without a column keep their start value."""
+    table = read_table(file, block.inputs, "input")
+    found = dict(sample(table, times))
+    for variable in _inputs(block, description):
+        found.setdefault(variable.name, np.full(len(times), _start(variable)))
+    return Excitation(times, found, f"inputs from {Path(file).name}")
+
+
+def seeded(block: Fmu, description: Any, times: np.ndarray) -> Excitation:
+    """Return random inputs, constant for ten communication steps each."""
+    generator = np.random.default_rng(SEED)
+    draws = -(-len(times) // COARSE)
+    found = {}
+    for variable in _inputs(block, description):
+        low, high = _bounds(variable)
+        if variable.type == "Real":
+            values = generator.uniform(low, high, draws)
+        else:
+            values = generator.integers(int(low), int(high), draws, endpoint=True).astype(float)
+        found[variable.name] = np.repeat(values, COARSE)[: len(times)]
+    text = f"random inputs within their bounds, held (seed {SEED})" if found else "no inputs"
+    return Excitation(times, found, text)
+
+
+def _inputs(block: Fmu, description: Any) -> list[Any]:
+    return [v for v in description.modelVariables if v.name in block.inputs]
+
+
+def _start(variable: Any) -> float:
+    text = str(variable.start).lower()
+    return float(text == "true") if text in ("true", "false") else float(variable.start or 0.0)
+
+
+def _bounds(variable: Any) -> tuple[float, float]:
+    """Return the declared bounds; where one is missing, the start value ± the nominal one (or 1)."""
+    if variable.type == "Boolean":
+        return 0.0, 1.0
+    start, size = _start(variable), float(variable.nominal or 1.0)
+    low = start - size if variable.min is None else float(variable.min)
+    high = start + size if variable.max is None else float(variable.max)
+    return (low, high) if low <= high else (high, low)

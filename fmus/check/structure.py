@@ -1,0 +1,114 @@
+"""Checks of the archive and of modelDescription.xml."""
+
+import json
+import zipfile
+from collections import defaultdict
+from pathlib import Path, PurePosixPath
+from typing import Any
+
+from ..build import DESCRIPTION, EQUATIONS, VARIABLES, guid_of
+from ..code import GUID_MARK
+from .report import Report
+
+
+def check_structure(path: Path, description: Any, report: Report) -> None:
+    """Add the findings that need no run."""
+    report.add("archive", _archive(path), "every file is whole, with a path inside the FMU")
+    report.add("FMPy's validation", _fmpy(path), "no problem")
+    report.add("value references", _references(description), "shared only by consistent aliases")
+    report.add("units", _units(description), "every unit used is defined")
+    if is_ours(path):
+        report.add("contents", _contents(path, description), "GUID is the hash of the contents")
+
+
+def is_ours(path: Path) -> bool:
+    """Return whether the FMU carries its equations as railcosim writes them."""
+    with zipfile.ZipFile(path) as archive:
+        return {EQUATIONS, VARIABLES} <= set(archive.namelist())
+
+
+def _archive(path: Path) -> list[str]:
+    problems = []
+    with zipfile.ZipFile(path) as archive:
+        try:
+            damaged = archive.testzip()
+        except (zipfile.BadZipFile, OSError, EOFError, ValueError) as error:
+            return [f"damaged: {error}"]
+        if damaged:
+            problems.append(f"{damaged} is damaged (wrong checksum)")
+        names = archive.namelist()
+    for name in names:
+        parts = PurePosixPath(name).parts
+        if name.startswith("/") or ".." in parts or "\\" in name or ":" in name:
+            problems.append(f"'{name}' leads out of the FMU")
+    problems += [f"'{name}' stands twice in the archive" for name in _doubled(names)]
+    return problems
+
+
+def _fmpy(path: Path) -> list[str]:
+    from fmpy.validation import validate_fmu
+
+    return [" ".join(problem.split()) for problem in validate_fmu(str(path))]
+
+
+def _references(description: Any) -> list[str]:
+    """Variables that share type and value reference are one value: all about it must agree."""
+    groups: dict[tuple[str, int], list[Any]] = defaultdict(list)
+    for variable in description.modelVariables:
+        kind = "Integer" if variable.type == "Enumeration" else variable.type
+        groups[kind, variable.valueReference].append(variable)
+    problems = []
+    for (_, reference), members in groups.items():
+        names = " and ".join(v.name for v in members)
+        starts = {_plain(v) for v in members if v.start is not None}
+        if len(starts) > 1:
+            problems.append(f"{names} share value reference {reference} but start differently")
+        settable = [v for v in members if v.causality in ("input", "parameter")]
+        if len(settable) > 1:
+            problems.append(f"{names} share value reference {reference}, and more than one is set")
+        if len({v.unit for v in members if v.unit}) > 1:
+            problems.append(f"{names} share value reference {reference} but not the unit")
+    return problems
+
+
+def _plain(variable: Any) -> Any:
+    return float(variable.start) if variable.type == "Real" else variable.start
+
+
+def _units(description: Any) -> list[str]:
+    defined = {unit.name for unit in description.unitDefinitions}
+    problems = []
+    for variable in description.modelVariables:
+        declared = variable.declaredType
+        unit = variable.unit or (declared.unit if declared is not None else None)
+        if unit is not None and unit not in defined:
+            problems.append(f"unit '{unit}' of {variable.name} is not defined")
+    return problems
+
+
+def _contents(path: Path, description: Any) -> list[str]:
+    with zipfile.ZipFile(path) as archive:
+        contents = {
+            name: archive.read(name)
+            for name in archive.namelist()
+            if name == DESCRIPTION or name.startswith(("sources/", "resources/"))
+        }
+    guid = str(description.guid).encode()
+    blank = {name: data.replace(guid, GUID_MARK.encode()) for name, data in contents.items()}
+    problems = []
+    if guid_of(blank) != description.guid:
+        problems.append("the GUID is not the hash of description, sources and equations")
+    try:
+        listed = json.loads(contents[VARIABLES])
+        known = {v.name for v in description.modelVariables}
+        missing = [n for names in listed.values() for n in names if n not in known]
+    except (ValueError, AttributeError, TypeError):
+        return [*problems, f"{VARIABLES} cannot be read"]
+    if missing:
+        problems.append(f"{VARIABLES} names {missing[0]}, which is no variable")
+    return problems
+
+
+def _doubled(names: list[str]) -> list[str]:
+    seen: set[str] = set()
+    return [name for name in names if name in seen or seen.add(name)]

@@ -1,0 +1,62 @@
+"""What an FMU says of itself, as text."""
+
+import zipfile
+from collections.abc import Sequence
+from pathlib import Path
+
+from ..cosim.fmi2 import read_description
+
+_CAPABILITIES = (
+    "canHandleVariableCommunicationStepSize",
+    "canInterpolateInputs",
+    "canGetAndSetFMUstate",
+    "canSerializeFMUstate",
+    "providesDirectionalDerivative",
+    "canBeInstantiatedOnlyOncePerProcess",
+    "needsExecutionTool",
+)
+
+
+def describe(path: Path) -> str:
+    """Return the FMU's kind, platforms, capabilities and variables; raise FmuError if unreadable."""
+    d = read_description(path)
+    kinds = [
+        kind
+        for kind, has in (("co-simulation", d.coSimulation), ("model exchange", d.modelExchange))
+        if has is not None
+    ]
+    with zipfile.ZipFile(path) as archive:
+        names = archive.namelist()
+    platforms = sorted({n.split("/")[1] for n in names if n.startswith("binaries/") and n[9:]})
+    lines = [
+        f"{d.modelName}: {d.description or 'no description'}",
+        f"  FMI {d.fmiVersion}, {' and '.join(kinds) or 'no interface'}",
+        f"  GUID {d.guid}, made by {d.generationTool or 'unknown'}",
+        f"  platforms: {', '.join(platforms) or 'none'}"
+        + ("; with sources" if any(n.startswith("sources/") for n in names) else ""),
+    ]
+    if d.coSimulation is not None:
+        declared = [name for name in _CAPABILITIES if getattr(d.coSimulation, name, False)]
+        lines.append(f"  capabilities: {', '.join(declared) or 'none declared'}")
+    if d.defaultExperiment is not None:
+        e = d.defaultExperiment
+        lines.append(f"  default experiment: stop {e.stopTime} s, step {e.stepSize} s")
+    rows = [("variable", "causality", "variability", "unit", "start", "min", "max", "description")]
+    for v in d.modelVariables:
+        unit = v.unit or (v.declaredType.unit if v.declaredType is not None else None)
+        cells = (v.name, v.causality, v.variability, unit, v.start, v.min, v.max, v.description)
+        rows.append(tuple("" if cell is None else str(cell) for cell in cells))
+    return "\n".join([*lines, "", *table(rows)])
+
+
+def table(rows: Sequence[Sequence[str]], right: Sequence[int] = ()) -> list[str]:
+    """Return rows of cells as lines with aligned columns; those numbered in `right` to the right."""
+    widths = [max(len(row[i]) for row in rows) for i in range(len(rows[0]))]
+    return [
+        "  "
+        + "  ".join(
+            cell.rjust(w) if i in right else cell.ljust(w)
+            for i, (cell, w) in enumerate(zip(row, widths, strict=True))
+        ).rstrip()
+        for row in rows
+    ]

@@ -1,0 +1,149 @@
+"""What a study leaves behind: metrics, ledger, traces, figures, and how to run it again."""
+
+import json
+import platform
+import sys
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, field, is_dataclass
+from datetime import UTC, datetime
+from importlib.metadata import version
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from ..base.errors import FileError
+from ..cosim.result import Run
+
+if TYPE_CHECKING:
+    from .case import Case
+    from .ledger import Entry
+
+PACKAGES = ("railcosim", "casadi", "FMPy", "numpy", "scipy", "pandas", "matplotlib", "pyarrow")
+
+
+@dataclass
+class Results:
+    """The runs of a study and what was measured on them, by experiment and controller."""
+
+    study: str
+    units: dict[str, str]
+    metrics: dict[str, dict[str, dict[str, float | None]]] = field(default_factory=dict)
+    runs: dict[tuple[str, str], Run] = field(default_factory=dict)
+    parameters: dict[str, dict[str, dict[str, Any]]] = field(default_factory=dict)
+    seeds: dict[str, dict[str, int]] = field(default_factory=dict)
+    fmus: dict[str, str] = field(default_factory=dict)
+    failure: str | None = None
+
+    def add(self, case: "Case", run: Run, metrics: dict[str, float | None]) -> None:
+        """Take in one run."""
+        self.runs[case.experiment, case.controller] = run
+        if metrics:
+            self.metrics.setdefault(case.experiment, {})[case.controller] = metrics
+        values = {
+            f"{name}.{parameter}": _plain(value)
+            for name, block in case.diagram.blocks.items()
+            for parameter, value in block.parameters().items()
+        }
+        values["step"] = float(case.diagram.step)
+        values["stop"] = case.stop
+        self.parameters.setdefault(case.experiment, {})[case.controller] = values
+        if case.seeds:
+            self.seeds[case.name] = dict(case.seeds)
+        self.fmus |= _guids(case)
+
+    def get(self, experiment: str, controller: str, metric: str) -> float | None:
+        """Return a metric; None where it was not measured or has no value."""
+        return self.metrics.get(experiment, {}).get(controller, {}).get(metric)
+
+    def swapped(self, a: str, b: str) -> "Results":
+        """Return the results with two controllers' names exchanged, to test a judgement."""
+        name = {a: b, b: a}
+        return Results(
+            self.study,
+            self.units,
+            {e: {name.get(c, c): m for c, m in row.items()} for e, row in self.metrics.items()},
+            {(e, name.get(c, c)): run for (e, c), run in self.runs.items()},
+            self.parameters,
+        )
+
+
+def prepare(folder: Path) -> None:
+    """Make the results folder; raise FileError now rather than after the work."""
+    try:
+        for part in ("traces", "figures"):
+            (folder / part).mkdir(parents=True, exist_ok=True)
+        probe = folder / ".writable"
+        probe.touch()
+        probe.unlink()
+    except OSError as error:
+        raise FileError(f"cannot write to {folder}: {error.strerror or error}") from error
+
+
+def write_data(
+    folder: Path, results: Results, *, command: str, overrides: Mapping[str, Any], seconds: float
+) -> None:
+    """Write metrics.json, traces/ and run.json."""
+    for (experiment, controller), run in results.runs.items():
+        run.save(folder / "traces" / f"{experiment}-{controller}.parquet")
+    _write_json(
+        folder / "metrics.json", {"units": results.units, "experiments": results.metrics}
+    )
+    about = {
+        "study": results.study,
+        "command": command,
+        "overrides": {key: _plain(value) for key, value in overrides.items()},
+        "failure": results.failure,
+        "finished": datetime.now(UTC).isoformat(timespec="seconds"),
+        "seconds": round(seconds, 2),
+        "python": sys.version.split()[0],
+        "platform": platform.platform(),
+        "packages": {name: version(name) for name in PACKAGES},
+        "fmus": results.fmus,
+        "seeds": results.seeds,
+        "parameters": results.parameters,
+    }
+    _write_json(folder / "run.json", about)
+
+
+def write_ledger(folder: Path, ledger: "list[Entry]") -> None:
+    """Write ledger.json."""
+    _write_json(folder / "ledger.json", [asdict(entry) for entry in ledger])
+
+
+def write_figure(folder: Path, name: str, figure: Any) -> None:
+    """Write figures/NAME.svg and .png, the same bytes for the same figure."""
+    import matplotlib as mpl
+
+    base = folder / "figures" / name
+    try:
+        with mpl.rc_context({"svg.hashsalt": name}):
+            figure.savefig(base.with_suffix(".svg"), metadata={"Date": None})
+        figure.savefig(base.with_suffix(".png"), dpi=110)
+    except OSError as error:
+        raise FileError(f"cannot write {base}.svg: {error.strerror or error}") from error
+
+
+def _write_json(path: Path, content: Any) -> None:
+    try:
+        text = json.dumps(content, indent=1, ensure_ascii=False, allow_nan=False)
+        path.write_text(text + "\n", encoding="utf-8")
+    except OSError as error:
+        raise FileError(f"cannot write {path}: {error.strerror or error}") from error
+
+
+def _guids(case: "Case") -> dict[str, str]:
+    from ..cosim import Fmu
+    from ..cosim.fmi2 import read_description
+
+    found = [block for block in case.diagram.blocks.values() if isinstance(block, Fmu)]
+    return {fmu.path.name: read_description(fmu.path).guid for fmu in found}
+
+
+def _plain(value: Any) -> Any:
+    """Return a value as JSON can hold it: rule bases as their fields, functions by name."""
+    if is_dataclass(value) and not isinstance(value, type):
+        return {key: _plain(item) for key, item in asdict(value).items()}
+    if isinstance(value, list | tuple):
+        return [_plain(item) for item in value]
+    if callable(value):
+        return getattr(value, "__qualname__", repr(value))
+    return value if isinstance(value, str | int | float | bool | type(None)) else str(value)

@@ -1,0 +1,39 @@
+"""The controllers that the study compares, by the names used in its results."""
+
+from dataclasses import replace
+
+from ...controllers import PID, FuzzySpeed, SingleNeuron, SoftSwitching
+from ...controllers.rules import SPEED_RULES
+from ...cosim import Block
+
+# Tuned on the nominal plant, K = 2.2 m/s, time constants 10.506 s and 2.938 s; the numbers are
+# rounded as here. `tuning.py` has the rules.
+PID_ZN = PID(kp=6.65, ti=2.83, td=0.707)  # Ziegler-Nichols, open-loop reaction curve
+PID_SIMC = PID(kp=4.743, ti=8.94, td=1.972, filter_time=0.294)  # SIMC, tau_c = 1.5 s
+
+# In every experiment.
+LINE_UP: dict[str, Block] = {
+    "pid_zn": PID_ZN,
+    "pid_simc": PID_SIMC,
+    "fuzzy": FuzzySpeed.recommended(),
+    "neuron_fixed": SingleNeuron.recommended(gain_rules=None),
+    "neuron": SingleNeuron.recommended(),
+    "composite": SoftSwitching.recommended(),
+    "composite_literal": SoftSwitching.literal(),
+}
+
+# The paper gives no sampling period: the equations as printed, at several.
+LITERAL_PERIODS = {"10ms": 0.01, "50ms": 0.05, "100ms": 0.1, "1s": 1.0}
+
+# On the step only: what the choices of the line-up change.
+VARIANTS: dict[str, Block] = {
+    "pid_simc_kick": replace(PID_SIMC, kick=True),
+    "fuzzy_sampled": FuzzySpeed(rules=replace(SPEED_RULES, defuzzify="sampled")),
+    "fuzzy_literal": FuzzySpeed.literal(),
+    "neuron_literal": SingleNeuron.literal(),
+    **{
+        f"composite_literal_{name}": SoftSwitching.literal(period=period)
+        for name, period in LITERAL_PERIODS.items()
+        if name != "50ms"  # that one is in the line-up
+    },
+}
