@@ -39,23 +39,27 @@ class Block:
     feedthrough: bool = True
     timed: bool = False
     shares_unit: bool = True  # all ports without a unit have one and the same unit
-    period: float | None = None  # s between sample hits; None: every step of the diagram
+    # s between sample hits, or None: every step of the diagram. Any, so that a block whose
+    # period is always a number may say so.
+    period: Any = None
 
     def start(self) -> State:
         """Return the state at the run's start."""
         return ()
 
-    def step(self, x: State, *u: Any) -> tuple[Any, State]:
-        """Return (outputs, next state) of a block with direct feedthrough."""
+    # *args and **kwargs stand for "any signature": each block names its own inputs.
+
+    def step(self, *args: Any, **kwargs: Any) -> tuple[Any, State]:
+        """Return (outputs, next state) of a block with direct feedthrough, from (x, *u)."""
         raise TypeError(f"{type(self).__name__} has feedthrough and must define step()")
 
-    def output(self, x: State, *time: Any) -> Any:
-        """Return the outputs of a block without direct feedthrough."""
+    def output(self, *args: Any, **kwargs: Any) -> Any:
+        """Return the outputs of a block without direct feedthrough, from (x)."""
         raise TypeError(f"{type(self).__name__} has no feedthrough and must define output()")
 
-    def update(self, x: State, *u: Any) -> State:
-        """Return the next state of a block without direct feedthrough."""
-        return x
+    def update(self, *args: Any, **kwargs: Any) -> State:
+        """Return the next state of a block without direct feedthrough, from (x, *u)."""
+        return args[0]
 
     # Parameters, for `--set` and sweeps
 

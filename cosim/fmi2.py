@@ -1,5 +1,6 @@
 """FMI 2.0 co-simulation FMUs through FMPy: reading, loading, and one running instance."""
 
+import contextlib
 import os
 import tempfile
 import zipfile
@@ -132,7 +133,9 @@ class FmuInstance:
     `inputs` and `outputs` name the ports, each with an array slot: `slots(names)`.
     """
 
-    def __init__(self, name: str, path: Path, inputs: Sequence[str], outputs: Sequence[str]) -> None:
+    def __init__(
+        self, name: str, path: Path, inputs: Sequence[str], outputs: Sequence[str]
+    ) -> None:
         self.name = name
         self.path = path
         self.description = read_description(path)
@@ -173,7 +176,7 @@ class FmuInstance:
         except Exception as error:
             self.fmu.freeLibrary()
             raise self._error("fmi2Instantiate returned no instance") from error
-        self.component = c_void_p(self.fmu.component)
+        self.component = c_void_p(self.fmu.component)  # pyright: ignore[reportArgumentType]
         self._prepare()
 
     def _prepare(self) -> None:
@@ -239,7 +242,7 @@ class FmuInstance:
         self._call("reset")
 
     def inputs(self, values: Sequence[float]) -> None:
-        """Write input values, in the ports' order, into the arrays that put() and advance() send."""
+        """Write input values, in the ports' order, where put() and advance() take them."""
         for (array, i, convert), value in zip(self.input_slots, values, strict=True):
             array[i] = convert(value) if convert else value
 
@@ -249,8 +252,6 @@ class FmuInstance:
 
     def close(self) -> None:
         """Terminate and free the instance; errors in this are of no more use to anyone."""
-        import contextlib
-
         if not self._fatal:
             with contextlib.suppress(Exception):
                 self.fmu.terminate()

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from itertools import count
 from typing import Any
 
+from .block import Block
 from .blocks.delay import Delay
 from .blocks.fmu import Fmu
 from .fmi2 import FmuInstance
@@ -49,8 +50,8 @@ class _Text:
 def generate(plan: Plan, instances: dict[str, FmuInstance], record: Sequence[int]) -> Program:
     """Write, compile and return the program of a plan; `record` are the signals to keep."""
     names: dict[str, Any] = {}
-    values = [*(f"x{i}" for i in range(len(plan.nodes))), *(f"y{i}" for i in range(len(plan.signals)))]
-    everything = ", ".join(values)
+    states = [f"x{i}" for i in range(len(plan.nodes))]
+    everything = ", ".join([*states, *(f"y{i}" for i in range(len(plan.signals)))])
     text = _Text()
     text.add(0, "def advance(k, end, values, pack, buffer, size):")
     text.add(1, f"[{everything}] = values")
@@ -74,9 +75,7 @@ def generate(plan: Plan, instances: dict[str, FmuInstance], record: Sequence[int
     linecache.cache[filename] = (len(source), None, source.splitlines(keepends=True), filename)
     exec(compile(source, filename, "exec"), names)
     start = (*(_start(node, plan) for node in plan.nodes), *([0.0] * len(plan.signals)))
-    return Program(
-        source, filename, names["advance"], names["observe"], text.node_of_line, start
-    )
+    return Program(source, filename, names["advance"], names["observe"], text.node_of_line, start)
 
 
 def _start(node: Node, plan: Plan) -> Any:
@@ -90,10 +89,6 @@ def _time(plan: Plan) -> str:
     a, b, q = plan.clock.integers
     ticks = "k" if b == 1 else f"k * {b}"
     return f"t = ({a} + {ticks}) / {q}" if a else f"t = {ticks} / {q}"
-
-
-def _tuple(names: Sequence[str]) -> str:
-    return ", ".join(names)
 
 
 def _hit(text: _Text, depth: int, node: Node) -> int:
@@ -111,7 +106,7 @@ def _outputs(
         text.add(depth, _time(plan))
     for i, node in enumerate(plan.nodes):
         block, inner = node.block, _hit(text, depth, node)
-        y = _tuple([f"y{j}" for j in node.outputs])
+        y = ", ".join(f"y{j}" for j in node.outputs)
         u = "".join(f", y{j}" for j in node.inputs)
         t = ", t" if block.timed else ""
         if isinstance(block, Fmu):
@@ -151,7 +146,7 @@ def _updates(
         elif isinstance(block, Delay):
             size = block.split(plan.clock.step)[0] + 2
             text.add(depth, f"x{i}[k % {size}] = y{node.inputs[0]}", node.name)
-        elif not block.feedthrough and _has_update(block):
+        elif not block.feedthrough and type(block).update is not Block.update:
             inner = _hit(text, depth, node)
             names[f"update{i}"] = block.update
             t = ", t" if block.timed else ""
@@ -159,7 +154,7 @@ def _updates(
 
 
 def _delayed(i: int, node: Node, plan: Plan, names: dict[str, Any]) -> str:
-    """Return the delay's formula: y = u[k−n] + f·(u[k−n−1] − u[k−n]), or the history before that."""
+    """Return the delay's formula: u[k−n] + f·(u[k−n−1] − u[k−n]), or the history before that."""
     block = node.block
     assert isinstance(block, Delay)
     whole, part = block.split(plan.clock.step)
@@ -186,9 +181,3 @@ def _needs_time(plan: Plan) -> bool:
         or (isinstance(node.block, Delay) and callable(node.block.initial))
         for node in plan.nodes
     )
-
-
-def _has_update(block: Any) -> bool:
-    from .block import Block
-
-    return type(block).update is not Block.update

@@ -23,7 +23,8 @@ def run(
 ) -> Run:
     """Run a plan to `stop` (s); see Diagram.run."""
     if not stop > float(plan.clock.start):
-        raise DiagramError(f"stop = {stop:g} s must lie after start = {float(plan.clock.start):g} s")
+        start = float(plan.clock.start)
+        raise DiagramError(f"stop = {stop:g} s must lie after start = {start:g} s")
     ticks = plan.clock.ticks(stop, "stop") - plan.clock.ticks(plan.clock.start, "start")
     kept = _signals(plan, record)
     instances: dict[str, FmuInstance] = {}
@@ -83,8 +84,8 @@ def _initialize(
             break
     else:
         raise AlgebraicLoopError(
-            f"'{plan.name}': the initial outputs of {listing(instances)} do not settle; they depend "
-            "on each other without a delay"
+            f"'{plan.name}': the initial outputs of {listing(instances)} do not settle; "
+            "they depend on each other without a delay"
         )
     for instance in instances.values():
         instance.exit_initialization()
@@ -221,5 +222,3 @@ def _failed(name: str | None, time: float, error: Exception) -> str:
 
 def _empty(plan: Plan, failure: str) -> Run:
     return Run(plan.name, np.empty(0), np.empty((0, 0)), (), {}, failure)
-
-

@@ -103,7 +103,7 @@ def guid_of(contents: dict[str, bytes]) -> str:
 
 def _fixed_sources() -> dict[str, bytes]:
     """Return the C files that are the same for every plant: our wrapper and FMI's headers."""
-    files = {"sources/fmu.c": resources.files(__package__).joinpath("c/fmu.c").read_bytes()}
+    files = {"sources/fmu.c": resources.files(__package__ or "").joinpath("c/fmu.c").read_bytes()}
     headers = resources.files("fmpy").joinpath("c-code")
     for name in ("fmi2Functions.h", "fmi2FunctionTypes.h", "fmi2TypesPlatform.h"):
         files[f"sources/{name}"] = headers.joinpath(name).read_bytes()
@@ -174,4 +174,3 @@ def _archive(name: str, contents: dict[str, bytes], binaries: dict[str, bytes]) 
             entry.external_attr = 0o644 << 16
             archive.writestr(entry, files[file])
     return buffer.getvalue()
-

@@ -18,7 +18,7 @@ _CAPABILITIES = (
 
 
 def describe(path: Path) -> str:
-    """Return the FMU's kind, platforms, capabilities and variables; raise FmuError if unreadable."""
+    """Return the FMU's kind, platforms, capabilities, variables; raise FmuError if unreadable."""
     d = read_description(path)
     kinds = [
         kind
@@ -41,7 +41,8 @@ def describe(path: Path) -> str:
     if d.defaultExperiment is not None:
         e = d.defaultExperiment
         lines.append(f"  default experiment: stop {e.stopTime} s, step {e.stepSize} s")
-    rows = [("variable", "causality", "variability", "unit", "start", "min", "max", "description")]
+    heads = ("variable", "causality", "variability", "unit", "start", "min", "max", "description")
+    rows: list[tuple[str, ...]] = [heads]
     for v in d.modelVariables:
         unit = v.unit or (v.declaredType.unit if v.declaredType is not None else None)
         cells = (v.name, v.causality, v.variability, unit, v.start, v.min, v.max, v.description)
@@ -50,7 +51,7 @@ def describe(path: Path) -> str:
 
 
 def table(rows: Sequence[Sequence[str]], right: Sequence[int] = ()) -> list[str]:
-    """Return rows of cells as lines with aligned columns; those numbered in `right` to the right."""
+    """Return rows of cells as lines of aligned columns, those in `right` to the right."""
     widths = [max(len(row[i]) for row in rows) for i in range(len(rows[0]))]
     return [
         "  "

@@ -13,7 +13,7 @@ INNER_STEP = "solver.inner_step"
 
 @contextmanager
 def exact_expressions() -> Iterator[None]:
-    """Keep CasADi from simplifying while expressions are traced, so that C repeats Python's bits."""
+    """Keep CasADi from simplifying what is traced, so that C repeats Python's bits."""
     before = ca.GlobalOptions.getSimplificationOnTheFly()
     ca.GlobalOptions.setSimplificationOnTheFly(False)
     try:

@@ -12,7 +12,7 @@ from .tables import read_table
 
 
 def default_experiment(path: Path, step: float | None, stop: float | None) -> tuple[float, float]:
-    """Return (step, stop) in s: as given, else the FMU's default experiment, else 500 steps of 10 s.
+    """Return (step, stop) in s: as given, else the FMU's default experiment, else 10 s / 500.
 
     Raise FmuError for times that are not positive.
     """
@@ -51,8 +51,7 @@ def simulate(
     starts = {v.name: v.start for v in read_description(path).modelVariables}
     for number, (name, unit) in enumerate(block.inputs.items()):
         if table is not None and name in table.columns:
-            pairs = zip(table.index.tolist(), table[name].tolist(), strict=True)
-            source: Any = Profile(tuple(pairs), unit=unit or "1")
+            source: Any = Profile(table.points(name), unit=unit or "1")
         else:
             source = Constant(_number(starts[name]), unit=unit or "1")
         diagram.add(f"input{number}", source)

@@ -1,72 +1,94 @@
 """CSV files of signals over time: a column `time` (s), then variables by name."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
+from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import Any
 
 import numpy as np
 
 from ..base.errors import FileError, listing, suggest
-
-if TYPE_CHECKING:
-    import pandas as pd
+from ..cosim import Profile
 
 
-def read_table(path: str | Path, known: Iterable[str], what: str) -> "pd.DataFrame":
-    """Return the file's columns with the time as index.
+@dataclass(frozen=True)
+class Table:
+    """Signals by name at common times (s); a time that stands twice is a jump."""
 
-    Every column must be one of `known` (`what` says what those are). Raise FileError for a file
-    that cannot be read, times that decrease, a value that is no finite number, or an unknown
-    column.
+    times: np.ndarray
+    columns: dict[str, np.ndarray]
+
+    def points(self, name: str) -> tuple[tuple[float, float], ...]:
+        """Return one column as (time, value) pairs."""
+        return tuple(zip(self.times.tolist(), self.columns[name].tolist(), strict=True))
+
+    def sample(self, names: Iterable[str], times: np.ndarray) -> dict[str, np.ndarray]:
+        """Return columns at these times: straight lines between rows, the later row at a jump.
+
+        Before the first and after the last row its value is held.
+        """
+        found = {}
+        for name in names:
+            profile = Profile(self.points(name))
+            found[name] = np.array([profile.output((), t) for t in times.tolist()])
+        return found
+
+
+def read_table(path: str | Path, known: Iterable[str], what: str) -> Table:
+    """Return a CSV file's signals.
+
+    Every column after `time` must be one of `known` (`what` says what those are). Raise FileError
+    for a file that cannot be read, times that decrease, a value that is no finite number, or an
+    unknown or doubled column.
     """
-    import pandas as pd
-
     path = Path(path)
-    try:
-        table = pd.read_csv(path, skipinitialspace=True)
-    except FileNotFoundError:
-        raise FileError(f"no file {path}") from None
-    except (OSError, ValueError) as error:  # pandas' parser errors are ValueErrors
-        words = str(error).partition("\n")[0]
-        raise FileError(f"cannot read {path} as CSV: {words}") from error
-    table.columns = [str(name).strip().strip('"') for name in table.columns]
-    if len(table.columns) == 0 or table.columns[0] != "time":
+    heads, cells = _cells(path)
+    if not heads or heads[0] != "time":
         raise FileError(f"{path}: the first column must be 'time' (s), then variables by name")
     known = list(known)
-    for name in table.columns[1:]:
+    for name in heads[1:]:
         if name not in known:
             raise FileError(
                 f"{path}: no {what} '{name}'; there are: {listing(known)}{suggest(name, known)}"
             )
-        if table.columns.tolist().count(name) > 1:
+        if heads.count(name) > 1:
             raise FileError(f"{path}: two columns are named '{name}'")
-    if len(table) == 0:
+    if len(cells) == 0:
         raise FileError(f"{path} holds no rows")
-    for name in table.columns:
-        numbers = pd.to_numeric(table[name], errors="coerce").to_numpy(dtype=float)
-        bad = np.nonzero(~np.isfinite(numbers))[0]
-        if len(bad):
-            value = table[name].iloc[int(bad[0])]
-            raise FileError(
-                f"{path}, line {int(bad[0]) + 2}, column '{name}': {value!r} is not a finite number"
-            )
-        table[name] = numbers
-    falling = np.nonzero(np.diff(table["time"].to_numpy()) < 0.0)[0]
+    columns = {name: _numbers(path, name, cells[:, i]) for i, name in enumerate(heads)}
+    times = columns.pop("time")
+    falling = np.nonzero(np.diff(times) < 0.0)[0]
     if len(falling):
         raise FileError(f"{path}, line {int(falling[0]) + 3}: the time decreases")
-    return table.set_index("time")
+    return Table(times, columns)
 
 
-def sample(table: "pd.DataFrame", times: np.ndarray) -> Mapping[str, np.ndarray]:
-    """Return each column at these times: straight lines between rows, a repeated time is a jump.
+def _cells(path: Path) -> tuple[list[str], Any]:
+    import pandas as pd
 
-    At a jump the later row holds; before the first and after the last row its value is held.
-    """
-    from ..cosim import Profile
+    try:
+        table = pd.read_csv(path, skipinitialspace=True, header=None, dtype=str)
+    except FileNotFoundError:
+        raise FileError(f"no file {path}") from None
+    except pd.errors.EmptyDataError:
+        raise FileError(f"{path} is empty") from None
+    except (OSError, ValueError) as error:  # pandas' parser errors are ValueErrors
+        words = str(error).partition("\n")[0]
+        raise FileError(f"cannot read {path} as CSV: {words}") from error
+    cells = table.to_numpy(dtype=object)
+    return [str(cell).strip().strip('"') for cell in cells[0]], cells[1:]
 
-    found = {}
-    for name in table.columns:
-        pairs = zip(table.index.tolist(), table[name].tolist(), strict=True)
-        profile = Profile(tuple(pairs))
-        found[name] = np.array([profile.output((), t) for t in times.tolist()])
-    return found
+
+def _numbers(path: Path, name: str, cells: Any) -> np.ndarray:
+    numbers = np.empty(len(cells))
+    for i, cell in enumerate(cells):
+        try:
+            numbers[i] = float(cell)
+        except ValueError:
+            numbers[i] = np.nan
+        if not np.isfinite(numbers[i]):
+            shown = "an empty cell" if cell != cell else f"'{cell}'"  # noqa: PLR0124
+            raise FileError(
+                f"{path}, line {i + 2}, column '{name}': {shown} is not a finite number"
+            )
+    return numbers

@@ -1,5 +1,6 @@
 """`Plant`: variables with units and equations in CasADi, checked as they are declared."""
 
+import math
 import re
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
@@ -90,7 +91,10 @@ class Plant:
         return self
 
     def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, tb: TracebackType | None
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
     ) -> None:
         if kind is None:
             self._finish()
@@ -321,11 +325,11 @@ def has_nan_constant(expression: Any) -> bool:
             for i in range(function.n_instructions())
             if function.instruction_id(i) == ca.OP_CONST
         )
-        return any(c != c for c in constants)
+        return any(math.isnan(c) for c in constants)
     for i in range(function.n_instructions()):
         if function.instruction_id(i) == ca.OP_CONST:
             values = function.instruction_MX(i).to_DM().nonzeros()
-            if any(c != c for c in values):
+            if any(math.isnan(c) for c in values):
                 return True
     return False
 
@@ -362,7 +366,7 @@ def _check_bounds(
     nominal: tuple[float, ...] | None,
 ) -> None:
     for numbers in (start, low, high, nominal):
-        if numbers and any(n != n or n in (float("inf"), float("-inf")) for n in numbers):
+        if numbers and not all(math.isfinite(n) for n in numbers):
             raise DeclarationError(f"{where}: values and bounds must be finite")
     if low and high and any(a > b for a, b in zip(low, high, strict=True)):
         raise DeclarationError(f"{where}: minimum lies above maximum")

@@ -44,14 +44,13 @@ def _inside_from(time: np.ndarray, error: np.ndarray, band: float) -> float | No
     return float(time[i] + (a - band) / (a - b) * (time[i + 1] - time[i]))
 
 
-def step_response(
-    time: np.ndarray, signal: np.ndarray, target: float
-) -> dict[str, float | None]:
+def step_response(time: np.ndarray, signal: np.ndarray, target: float) -> dict[str, float | None]:
     """Return the metrics of a step from 0 to `target` at the first time (s).
 
     rise_time: from 10 to 90 % of the target; settling_time: from when on the error stays within
-    2 % of it, for the last 5 s at least; overshoot: highest value above it, in percent; steady_state_error: mean of
-    target − signal over the last 5 s, in percent; iae, itae: integrals of |e| and t·|e|.
+    2 % of it, for the last 5 s at least; overshoot: highest value above it, in percent;
+    steady_state_error: mean of target − signal over the last 5 s, in percent; iae, itae:
+    integrals of |e| and t·|e|.
     """
     error = target - signal
     t = time - time[0]

@@ -61,7 +61,7 @@ def style(controller: str) -> dict[str, Any]:
     }
 
 
-def legend(axis: "Axes", *, columns: int = 1, where: str = "best") -> None:
+def legend(axis: "Axes", *, columns: int = 1, where: Any = "best") -> None:
     """Show the legend."""
     axis.legend(loc=where, ncols=columns, fontsize=9, framealpha=0.9)
 

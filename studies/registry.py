@@ -38,5 +38,6 @@ def study_named(name: str) -> Study:
     """Return a study; raise RailcosimError for an unknown name."""
     key = name.replace("_", "-")
     if key not in STUDIES:
-        raise RailcosimError(f"no study '{name}'; studies: {listing(STUDIES)}{suggest(key, STUDIES)}")
+        hint = suggest(key, STUDIES)
+        raise RailcosimError(f"no study '{name}'; studies: {listing(STUDIES)}{hint}")
     return import_module(STUDIES[key][0], __package__).STUDY

@@ -84,9 +84,7 @@ def write_data(
     """Write metrics.json, traces/ and run.json."""
     for (experiment, controller), run in results.runs.items():
         run.save(folder / "traces" / f"{experiment}-{controller}.parquet")
-    _write_json(
-        folder / "metrics.json", {"units": results.units, "experiments": results.metrics}
-    )
+    _write_json(folder / "metrics.json", {"units": results.units, "experiments": results.metrics})
     about = {
         "study": results.study,
         "command": command,

@@ -40,9 +40,7 @@ class Fmu(Block):
         self.values = self._checked(values)
         ports = [v for v in variables if v.type in TYPES]
         self.inputs: Ports = {
-            v.name: _unit(v)
-            for v in ports
-            if v.causality == "input" and v.name not in self.values
+            v.name: _unit(v) for v in ports if v.causality == "input" and v.name not in self.values
         }
         self.outputs: Ports = {v.name: _unit(v) for v in ports if v.causality == "output"}
 

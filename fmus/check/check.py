@@ -8,9 +8,9 @@ from ...base.errors import FileError, FmuError
 from ...cosim import Fmu
 from ...cosim.fmi2 import read_description, require_co_simulation
 from ..simulate import default_experiment
-from ..tables import sample
+from ..tables import Table, read_table
 from .behaviour import check_behaviour, trajectory
-from .excitation import Excitation, from_file, grid, seeded
+from .excitation import Excitation, from_table, grid, seeded
 from .reference import OwnEquations, compare, read_reference
 from .report import Report
 from .structure import check_structure, is_ours
@@ -30,10 +30,12 @@ def check(
 ) -> Report:
     """Check an FMI 2.0 co-simulation FMU and return the report.
 
-    `reference` is a CSV file (time, then outputs by name) to compare the run with, `inputs` one
-    with the inputs to apply (time, then inputs by name). Without a reference, an FMU made by
-    railcosim is compared with its own equations, integrated independently. `step` and `stop` (s)
-    default to the FMU's default experiment. `tolerance` is the allowed error relative to a
+    `reference` is a CSV file (time, then outputs by name) to compare the run with; `inputs` one
+    with the inputs to apply (time, then inputs by name), which may stand in the reference as
+    well. Inputs in neither are random without a reference, else at their start values. Without a
+    reference, an FMU made by railcosim is compared with its own equations, integrated
+    independently. `step` and `stop` (s) default to the FMU's default experiment, `stop` to the
+    reference's end. `tolerance` is the allowed error relative to a
     signal's largest magnitude (default 1e-6 against the equations, 1e-3 against a file). Raise
     FmuError or FileError for what cannot be read at all.
     """
@@ -49,14 +51,18 @@ def check(
     except FmuError as error:
         report.add("loads", [str(error)], "")
         return report
-    step, stop = default_experiment(path, step, stop)
-    times = grid(step, stop)
+    # A wrong file is refused before anything is run.
+    table = None if reference is None else read_reference(reference, block)
+    if table is not None and stop is None:
+        stop = float(table.times[-1])
+    times = grid(*default_experiment(path, step, stop))
     if inputs is not None:
-        excitation = from_file(inputs, block, description, times)
+        applied, name = read_table(inputs, block.inputs, "input"), Path(inputs).name
+        excitation = from_table(applied, name, block, description, times)
+    elif table is not None:
+        excitation = from_table(table, Path(str(reference)).name, block, description, times)
     else:
         excitation = seeded(block, description, times)
-    # A wrong reference file is refused before anything is run.
-    table = None if reference is None else read_reference(reference, block)
     check_behaviour(block, description, excitation, report)
     if any(f.rule in ("runs", "GUID") and f.passed is False for f in report.findings):
         report.skip("reference", "the FMU does not run")
@@ -96,20 +102,18 @@ def _against_file(
     report: Report,
     block: Fmu,
     excitation: Excitation,
-    table: object,
+    table: Table,
     file: Path,
     tolerance: float | None,
 ) -> None:
     """Compare at the communication points that the file covers; it is interpolated there."""
-    import pandas as pd
-
-    assert isinstance(table, pd.DataFrame)
-    first, last = table.index[0], table.index[-1]
+    first, last = float(table.times[0]), float(table.times[-1])
     inside = (excitation.times >= first) & (excitation.times <= last)
     if not inside.any():
         raise FileError(f"{file} covers {first:g} to {last:g} s, where there is no output")
     found = trajectory(block, excitation)
-    expected = {name: v[inside] for name, v in sample(table, excitation.times).items()}
+    outputs = [name for name in table.columns if name in block.outputs]
+    expected = table.sample(outputs, excitation.times[inside])
     report.reference = f"{file.name} from {first:g} to {last:g} s; {excitation.text}"
     report.comparisons = compare(
         list(block.outputs),

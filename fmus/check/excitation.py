@@ -2,13 +2,13 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from ...cosim import Fmu
-from ..tables import read_table, sample
+from ...cosim.clock import Clock, rational
+from ..tables import Table
 
 SEED = 1
 COARSE = 10  # the coarse communication step, in fine ones: inputs change only there
@@ -30,16 +30,19 @@ class Excitation:
 def grid(step: float, stop: float) -> np.ndarray:
     """Return communication points from 0: whole coarse steps, at least one, up to about `stop`."""
     count = max(1, round(stop / step / COARSE)) * COARSE
-    return np.array([round(k * step, 12) for k in range(count + 1)])
+    clock = Clock(rational(step))
+    return np.array([clock.time(k) for k in range(count + 1)])
 
 
-def from_file(file: str | Path, block: Fmu, description: Any, times: np.ndarray) -> Excitation:
-    """Return the file's inputs at these times; inputs without a column keep their start value."""
-    table = read_table(file, block.inputs, "input")
-    found = dict(sample(table, times))
+def from_table(
+    table: Table, text: str, block: Fmu, description: Any, times: np.ndarray
+) -> Excitation:
+    """Return the table's inputs at these times; inputs without a column keep their start value."""
+    columns = [name for name in table.columns if name in block.inputs]
+    found = table.sample(columns, times)
     for variable in _inputs(block, description):
         found.setdefault(variable.name, np.full(len(times), _start(variable)))
-    return Excitation(times, found, f"inputs from {Path(file).name}")
+    return Excitation(times, found, f"inputs from {text}" if columns else "inputs at their start")
 
 
 def seeded(block: Fmu, description: Any, times: np.ndarray) -> Excitation:
@@ -68,7 +71,7 @@ def _start(variable: Any) -> float:
 
 
 def _bounds(variable: Any) -> tuple[float, float]:
-    """Return the declared bounds; where one is missing, the start value ± the nominal one (or 1)."""
+    """Return the declared bounds; where one is missing, start ± the nominal value (or 1)."""
     if variable.type == "Boolean":
         return 0.0, 1.0
     start, size = _start(variable), float(variable.nominal or 1.0)

@@ -11,9 +11,10 @@ from typing import Any
 
 import numpy as np
 
-from ...base.errors import FmuError
+from ...base.errors import FileError, FmuError
 from ...cosim import Fmu
 from ..build import EQUATIONS, VARIABLES
+from ..tables import Table, read_table
 from .excitation import Excitation
 from .report import Comparison
 
@@ -33,7 +34,7 @@ class OwnEquations:
             self.function = ca.Function.deserialize(text)
         except RuntimeError as error:
             raise FmuError(
-                f"{block.path}: this CasADi ({ca.__version__}) cannot read its equations"
+                f"{block.path}: this CasADi ({ca.CasadiMeta.version()}) cannot read its equations"
             ) from error
         values = {v.name: v.start for v in description.modelVariables} | block.values
         self.x0 = np.array([float(values[name]) for name in self.names["states"]])
@@ -69,15 +70,18 @@ class OwnEquations:
         """Return the constant matrix M of d(x, u, 1)/dt = M (x, u, 1); None if there is none."""
         import casadi as ca
 
-        t, x, u, p = (ca.MX.sym(f"s{i}", *self.function.size_in(i)) for i in range(4))
-        dx = self.function(t, x, u, p)[0]
-        variables = ca.vertcat(x, u)
-        jacobian = ca.jacobian(dx, variables)
-        if ca.depends_on(jacobian, ca.vertcat(t, variables)) or ca.depends_on(dx, t):
+        try:
+            function = self.function.expand()  # as scalars, so that constants show as such
+        except RuntimeError:
             return None
-        n, m = len(self.x0), self.function.size1_in(2)
-        value = ca.Function("jacobian", [p], [ca.densify(jacobian)], {"allow_free": False})(self.p)
+        t, x, u, p = (ca.SX.sym(f"s{i}", *function.size_in(i)) for i in range(4))
+        dx = function(t, x, u, p)[0]
+        jacobian = ca.jacobian(dx, ca.vertcat(x, u))
+        if ca.depends_on(jacobian, ca.vertcat(t, x, u)) or ca.depends_on(dx, t):
+            return None
+        n, m = x.numel(), u.numel()
         matrix = np.zeros((n + m + 1, n + m + 1))
+        value = ca.Function("jacobian", [p], [ca.densify(jacobian)])(self.p)
         matrix[:n, : n + m] = np.array(value)
         matrix[:n, -1] = self._evaluate("dx", 0.0, np.zeros(n), np.zeros(m))
         return matrix
@@ -149,8 +153,9 @@ def compare(
     return rows
 
 
-def read_reference(file: str | Path, block: Fmu) -> Any:
-    """Return the file's table; its columns are outputs of the FMU."""
-    from ..tables import read_table
-
-    return read_table(file, block.outputs, "output")
+def read_reference(file: str | Path, block: Fmu) -> Table:
+    """Return the file's table; its columns are outputs of the FMU, or inputs to apply."""
+    table = read_table(file, [*block.outputs, *block.inputs], "output or input")
+    if not set(block.outputs) & set(table.columns):
+        raise FileError(f"{file} has no output of the FMU to compare with")
+    return table

@@ -352,7 +352,9 @@ def _as_printed(r: Results) -> Entry:
     )
 
 
-def _window(r: Results, controller: str, a: float, b: float) -> tuple[np.ndarray, np.ndarray] | None:
+def _window(
+    r: Results, controller: str, a: float, b: float
+) -> tuple[np.ndarray, np.ndarray] | None:
     run = r.runs.get(("profile", controller))
     if run is None or not {"reference.y", "train.speed"} <= set(run.columns):
         return None

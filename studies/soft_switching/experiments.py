@@ -116,7 +116,5 @@ def cases() -> list[Case]:
         controllers = LINE_UP | VARIANTS if experiment.name == "step" else LINE_UP
         for name, controller in controllers.items():
             diagram = experiment.diagram(controller, fmu)
-            found.append(
-                Case(experiment.name, name, diagram, experiment.stop, experiment.measure)
-            )
+            found.append(Case(experiment.name, name, diagram, experiment.stop, experiment.measure))
     return found

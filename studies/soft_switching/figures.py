@@ -31,7 +31,9 @@ def figures(results: Results) -> "dict[str, Figure]":
     }
 
 
-def _curves(axis: "Axes", results: Results, experiment: str, names: tuple[str, ...] = SHOWN) -> None:
+def _curves(
+    axis: "Axes", results: Results, experiment: str, names: tuple[str, ...] = SHOWN
+) -> None:
     there = [c for e, c in results.runs if e == experiment]
     for name in present(names, there):
         run = results.runs[experiment, name]
@@ -142,7 +144,9 @@ def _literal(results: Results) -> "Figure":
         name = "composite_literal" if text == "50ms" else f"composite_literal_{text}"
         run = results.runs.get(("step", name))
         if run is not None:
-            line = style("composite_literal") | {"label": f"composite, literal, {text}"}
+            line: dict[str, Any] = style("composite_literal") | {
+                "label": f"composite, literal, {text}"
+            }
             axis.plot(run.time, run["train.speed"], **line)
         _curves(axis, results, "step", ("composite",))
         axis.set_ylim(-0.5, 2.2)
