@@ -1,7 +1,7 @@
 """The rule bases of the soft-switching paper, as printed (tables 1 to 3).
 
-Table 2 has five breaks of antisymmetry and table 3 one ((NM, ZO) = F against (PM, ZO) = N);
-they are kept.
+They are kept as they are: in table 2 eight pairs of opposite cells are not each other's negative,
+in table 3 one pair differs ((NM, ZO) = F against (PM, ZO) = N).
 """
 
 from .fuzzy import Mamdani, Sugeno, Triangles, rule_table

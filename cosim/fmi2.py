@@ -11,6 +11,7 @@ from functools import lru_cache
 from itertools import count
 from pathlib import Path
 from typing import Any, NoReturn
+from xml.etree import ElementTree
 
 from ..base.errors import FmuError, listing
 
@@ -41,6 +42,10 @@ def _description(path: Path, mtime: int, size: int) -> Any:
         with zipfile.ZipFile(path) as archive:
             if "modelDescription.xml" not in archive.namelist():
                 raise FmuError(f"{path} is not an FMU: it holds no modelDescription.xml")
+            root = ElementTree.fromstring(archive.read("modelDescription.xml"))
+        version = root.get("fmiVersion")
+        if version != "2.0":
+            raise FmuError(f"{path} is an FMU of FMI {version}; needed is FMI 2.0")
         description = read_model_description(str(path), validate=False)
     except zipfile.BadZipFile as error:
         raise FmuError(f"{path} is not an FMU, or is damaged: {error}") from error
@@ -51,8 +56,6 @@ def _description(path: Path, mtime: int, size: int) -> Any:
     except Exception as error:  # FMPy and lxml raise many kinds, plain Exception among them
         words = str(error).partition("\n")[0]
         raise FmuError(f"{path}: modelDescription.xml cannot be read: {words}") from error
-    if description.fmiVersion != "2.0":
-        raise FmuError(f"{path} is an FMU of FMI {description.fmiVersion}; needed is FMI 2.0")
     return description
 
 

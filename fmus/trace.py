@@ -38,11 +38,11 @@ def trace(block: Block, *, parameters: Sequence[str] = ()) -> ca.Function:
                 f"{what}: {words}; use railcosim.base.ops instead of if, and, min, max and math"
             ) from error
         outputs = y if isinstance(y, tuple) else (y,)
-        results = [ca.vertcat(*map(ca.SX, outputs)), ca.vertcat(*map(ca.SX, flat(following)))]
+        results = [_column(outputs), _column(flat(following))]
         for result in results:
             if has_nan_constant(result):
                 raise BuildError(f"{what}: it holds a NaN, as math's functions give on symbols")
-        arguments = [ca.vertcat(*x), ca.vertcat(*u), ca.vertcat(*p)]
+        arguments = [_column(x), _column(u), _column(p)]
         names = (["x", "u", "p"], ["y", "x_next"])
         return ca.Function(type(block).__name__, arguments, results, *names)
 
@@ -52,6 +52,10 @@ def flat(state: Any) -> list[Any]:
     if isinstance(state, tuple):
         return [leaf for part in state for leaf in flat(part)]
     return [state]
+
+
+def _column(values: Sequence[Any]) -> ca.SX:
+    return ca.vertcat(ca.SX(0, 1), *map(ca.SX, values))
 
 
 def _nested(like: Any, leaves: Any) -> Any:

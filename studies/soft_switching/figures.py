@@ -74,7 +74,7 @@ def _weights(results: Results) -> "Figure":
             bottom.plot(run.time, run[port], color=colour, label=text, linewidth=1.2)
     label(top, TIME, "weight (dimensionless)")
     label(bottom, TIME, "control u (dimensionless)")
-    top.set_xlim(0.0, 20.0)
+    top.set_xlim(0.0, 8.0)
     legend(top, where="center right")
     legend(bottom, where="upper right")
     return figure
@@ -135,7 +135,7 @@ def _profile(results: Results, title: str, start: float, end: float) -> "Figure"
 
 def _literal(results: Results) -> "Figure":
     figure, axes = panels(
-        "The equations as printed do not settle, whatever the sampling period (unit step)",
+        "The equations as printed, at four sampling periods (unit step)",
         len(LITERAL_PERIODS),
         height=2.4,
     )
@@ -149,7 +149,7 @@ def _literal(results: Results) -> "Figure":
             }
             axis.plot(run.time, run["train.speed"], **line)
         _curves(axis, results, "step", ("composite",))
-        axis.set_ylim(-0.5, 2.2)
+        axis.set_ylim(-0.8, 2.2)
         axis.set_ylabel(SPEED)
         legend(axis, columns=3, where="lower right")
     axes[-1].set_xlabel(TIME)

@@ -1,0 +1,208 @@
+"""The FMU's functions, called directly: states, errors, serialization."""
+
+import ctypes
+import random
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+from fmpy import extract, read_model_description
+from fmpy.fmi1 import FMICallException
+from fmpy.fmi2 import FMU2Slave
+
+from railcosim.cosim.fmi2 import _callbacks, _logs
+from railcosim.fmus import build
+from tests import plants
+
+LOG_NUMBER = 10**9
+
+
+class FMU2Named(FMU2Slave):  # FMPy wants the name to begin so
+    """An FMU with its variables by name and its log lines."""
+
+    def __init__(self, path: Path, folder: Path) -> None:
+        description = read_model_description(str(path))
+        self.vr = {v.name: v.valueReference for v in description.modelVariables}
+        extract(str(path), str(folder))
+        super().__init__(
+            guid=description.guid,
+            modelIdentifier=description.coSimulation.modelIdentifier,
+            unzipDirectory=str(folder),
+            instanceName="slave",
+        )
+        _logs[LOG_NUMBER] = self.log = []  # pyright: ignore
+        self.instantiate(callbacks=_callbacks(LOG_NUMBER))
+
+    def get(self, name: str) -> float:
+        return self.getReal([self.vr[name]])[0]
+
+    def set(self, name: str, value: float) -> None:
+        self.setReal([self.vr[name]], [value])
+
+    def initialize(self) -> None:
+        self.setupExperiment(startTime=0.0)
+        self.enterInitializationMode()
+        self.exitInitializationMode()
+
+    def fails(self, call, message: str) -> None:
+        with pytest.raises(FMICallException) as caught:
+            call()
+        assert caught.value.status == 3
+        assert message in self.log[-1]
+
+
+@pytest.fixture
+def slave(tmp_path: Path) -> Iterator[FMU2Named]:
+    made = FMU2Named(build(plants.everything()), tmp_path)
+    yield made
+    made.freeInstance()
+    _logs.pop(LOG_NUMBER)
+
+
+def test_outputs_follow_inputs_and_parameters(slave: FMU2Named) -> None:
+    slave.set("m[1]", 4.0)
+    slave.initialize()
+    assert slave.get("momentum[1]") == 4.0
+    slave.set("u[1]", 3.0)
+    assert slave.get("power") == 3.0  # 3 N · 1 m/s + 0: recomputed on get
+    assert slave.get("der(v[1])") == pytest.approx((3.0 - 0.5 * 1.0) / 4.0)
+    slave.set("c", 0.0)  # tunable between steps
+    assert slave.get("der(v[1])") == pytest.approx(3.0 / 4.0)
+
+
+def test_calls_in_a_wrong_state(slave: FMU2Named) -> None:
+    slave.fails(lambda: slave.get("v[1]"), "fmi2GetReal is not allowed after instantiation")
+    slave.fails(lambda: slave.doStep(0.0, 0.1), "fmi2DoStep is not allowed after instantiation")
+    slave.fails(slave.exitInitializationMode, "is not allowed after instantiation")
+    slave.fails(slave.terminate, "is not allowed")
+    slave.initialize()
+    slave.fails(slave.enterInitializationMode, "is not allowed between steps")
+    slave.fails(lambda: slave.setupExperiment(startTime=0.0), "is not allowed between steps")
+    slave.fails(lambda: slave.set("m[1]", 2.0), "m[1] can only be set before the run")
+    slave.fails(lambda: slave.set("v[1]", 2.0), "v[1] can only be set before the run")
+    slave.fails(lambda: slave.set("power", 2.0), "power is computed")
+    slave.terminate()
+    slave.fails(lambda: slave.doStep(0.0, 0.1), "is not allowed after termination")
+    assert slave.get("v[1]") == 1.0
+
+
+def test_wrong_arguments(slave: FMU2Named) -> None:
+    slave.initialize()
+    slave.fails(lambda: slave.getReal([999]), "unknown value reference 999")
+    slave.fails(lambda: slave.setReal([999], [1.0]), "unknown value reference 999")
+    slave.fails(lambda: slave.getInteger([0]), "unknown value reference 0")
+    slave.fails(lambda: slave.fmi2GetReal(slave.component, None, 1, None), "null pointer")
+    slave.fails(lambda: slave.doStep(0.5, 0.1), "called at t = 0.5, but the FMU stands at t = 0")
+    slave.fails(lambda: slave.doStep(0.0, 0.0), "step size 0 is not positive")
+    slave.fails(lambda: slave.doStep(0.0, -0.1), "is not positive")
+    slave.fails(lambda: slave.doStep(0.0, float("nan")), "is not positive")
+    slave.fails(lambda: slave.doStep(0.0, 1e12), "inner steps in one step")
+    slave.fails(lambda: slave.getDirectionalDerivative([0], [0], [1.0]), "gives no directional")
+    assert slave.get("v[1]") == 1.0
+    slave.doStep(0.0, 0.1)
+
+
+def test_a_parameter_out_of_bounds_is_refused_at_initialization(slave: FMU2Named) -> None:
+    slave.set("m[1]", 0.0)
+    slave.setupExperiment(startTime=0.0)
+    slave.enterInitializationMode()
+    slave.fails(slave.exitInitializationMode, "parameter m[1] = 0 lies outside [0.1")
+    slave.reset()
+    slave.initialize()
+
+
+def test_a_state_that_is_not_finite_is_an_error_and_reset_helps(tmp_path: Path) -> None:
+    slave = FMU2Named(build(plants.blow_up()), tmp_path)
+    slave.initialize()
+    slave.fails(lambda: slave.doStep(0.0, 2.0), "x is not finite at t = 2")
+    slave.fails(lambda: slave.doStep(2.0, 0.1), "is not allowed after an error")
+    slave.get("x")  # getters stay legal
+    slave.reset()
+    slave.initialize()
+    slave.doStep(0.0, 0.5)
+    assert slave.get("x") == pytest.approx(2.0, rel=1e-9)
+    slave.freeInstance()
+
+
+def test_many_instances_do_not_share_anything(tmp_path: Path) -> None:
+    path = build(plants.everything())
+    slaves = [FMU2Named(path, tmp_path / str(i)) for i in range(5)]
+    for i, slave in enumerate(slaves):
+        slave.set("c", float(i))
+        slave.initialize()
+    for k in range(10):
+        for slave in slaves:
+            slave.doStep(k / 10, 0.1)
+    values = [slave.get("v[1]") for slave in slaves]
+    assert values == sorted(values, reverse=True)
+    assert len(set(values)) == 5
+    for slave in slaves:
+        slave.freeInstance()
+
+
+def steps(slave: FMU2Named, start: int, count: int) -> list[float]:
+    rows = []
+    for k in range(start, start + count):
+        slave.set("u[1]", float(np.sin(0.3 * k)))
+        slave.doStep(k / 20, 0.05)
+        rows += [slave.get(n) for n in ("v[1]", "v[2]", "power")]
+    return rows
+
+
+def test_state_round_trips_continue_to_the_same_bits(slave: FMU2Named, tmp_path: Path) -> None:
+    slave.initialize()
+    generator = random.Random(2)
+    place = 0
+    for _ in range(20):
+        count = generator.randint(1, 5)
+        steps(slave, place, count)
+        place += count
+        state = slave.getFMUstate()
+        data = slave.serializeFMUstate(state)
+        expected = steps(slave, place, 10)
+        slave.setFMUstate(state)
+        assert steps(slave, place, 10) == expected
+        other = FMU2Named(build(plants.everything()), tmp_path / str(place))
+        again = other.deSerializeFMUstate(data)
+        other.setFMUstate(again)
+        assert steps(other, place, 10) == expected
+        other.freeFMUstate(again)
+        other.freeInstance()
+        slave.setFMUstate(state)
+        slave.freeFMUstate(state)
+    _logs[LOG_NUMBER] = slave.log  # pyright: ignore
+    state = slave.getFMUstate()
+    data = slave.serializeFMUstate(state)
+    slave.fails(lambda: slave.deSerializeFMUstate(data[:-1]), "the size must be")
+    slave.freeFMUstate(state)
+
+
+def test_instantiation_refuses_what_does_not_fit(slave: FMU2Named) -> None:
+    from fmpy.fmi2 import fmi2CallbackFunctions
+
+    callbacks = ctypes.POINTER(fmi2CallbackFunctions)(slave.callbacks)
+
+    def instantiate(name: bytes, kind: int, guid: bytes) -> int | None:
+        return slave.fmi2Instantiate(name, kind, guid, b"", callbacks, 0, 0)
+
+    guid = slave.guid.encode()
+    assert instantiate(b"a", 1, b"{other}") is None
+    assert "the GUID is not this binary's" in slave.log[-1]
+    assert instantiate(b"", 1, guid) is None
+    assert instantiate(b"a", 0, guid) is None
+    assert "for co-simulation" in slave.log[-1]
+
+
+def test_inner_steps_fit_the_communication_step(tmp_path: Path) -> None:
+    """0.05 s is 25 inner steps of 2 ms, not 26: the same bits as 25 communication steps."""
+    path = build(plants.everything())
+    coarse, fine = FMU2Named(path, tmp_path / "a"), FMU2Named(path, tmp_path / "b")
+    for slave in (coarse, fine):
+        slave.initialize()
+    coarse.doStep(0.0, 0.05)
+    for k in range(25):
+        fine.doStep(k * 0.002, 0.002)
+    assert coarse.get("v[1]") == pytest.approx(fine.get("v[1]"), abs=1e-15)
+    coarse.freeInstance()
+    fine.freeInstance()
