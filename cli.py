@@ -43,7 +43,7 @@ def _parser() -> argparse.ArgumentParser:
         prog="railcosim",
         description="Train plants as FMI 2.0 FMUs, co-simulated with Python controllers.",
     )
-    parser.add_argument("--version", action="version", version=_Version())
+    parser.add_argument("--version", action=_Version, nargs=0, help="show the version and exit")
     commands = parser.add_subparsers(title="commands", metavar="COMMAND", required=True)
 
     def command(name: str, run: Callable[[Any], Any], text: str) -> argparse.ArgumentParser:
@@ -95,15 +95,14 @@ def _parser() -> argparse.ArgumentParser:
     return parser
 
 
-class _Version(str):
-    """The version, looked up only when it is printed."""
+class _Version(argparse.Action):
+    """Print the version, which is looked up only then."""
 
-    __slots__ = ()
-
-    def __mod__(self, other: Any) -> str:
+    def __call__(self, parser: argparse.ArgumentParser, *rest: Any) -> NoReturn:
         from importlib.metadata import version
 
-        return f"railcosim {version('railcosim')}"
+        print(f"railcosim {version('railcosim')}")
+        parser.exit()
 
 
 def _values(pairs: Sequence[str]) -> dict[str, Any]:

@@ -37,6 +37,9 @@ class OwnEquations:
                 f"{block.path}: this CasADi ({ca.CasadiMeta.version()}) cannot read its equations"
             ) from error
         values = {v.name: v.start for v in description.modelVariables} | block.values
+        for name in (*self.names["states"], *self.names["parameters"]):
+            if values.get(name) is None:
+                raise FmuError(f"{block.path}: its equations need '{name}', which has no value")
         self.x0 = np.array([float(values[name]) for name in self.names["states"]])
         self.p = np.array([float(values[name]) for name in self.names["parameters"]])
 

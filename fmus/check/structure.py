@@ -2,6 +2,7 @@
 
 import json
 import zipfile
+import zlib
 from collections import defaultdict
 from pathlib import Path, PurePosixPath
 from typing import Any
@@ -9,6 +10,9 @@ from typing import Any
 from ..build import DESCRIPTION, EQUATIONS, VARIABLES, guid_of
 from ..code import GUID_MARK
 from .report import Report
+
+
+DAMAGE = (zipfile.BadZipFile, zlib.error, OSError, EOFError, ValueError)
 
 
 def check_structure(path: Path, description: Any, report: Report) -> None:
@@ -32,7 +36,7 @@ def _archive(path: Path) -> list[str]:
     with zipfile.ZipFile(path) as archive:
         try:
             damaged = archive.testzip()
-        except (zipfile.BadZipFile, OSError, EOFError, ValueError) as error:
+        except DAMAGE as error:
             return [f"damaged: {error}"]
         if damaged:
             problems.append(f"{damaged} is damaged (wrong checksum)")
@@ -87,12 +91,15 @@ def _units(description: Any) -> list[str]:
 
 
 def _contents(path: Path, description: Any) -> list[str]:
-    with zipfile.ZipFile(path) as archive:
-        contents = {
-            name: archive.read(name)
-            for name in archive.namelist()
-            if name == DESCRIPTION or name.startswith(("sources/", "resources/"))
-        }
+    try:
+        with zipfile.ZipFile(path) as archive:
+            contents = {
+                name: archive.read(name)
+                for name in archive.namelist()
+                if name == DESCRIPTION or name.startswith(("sources/", "resources/"))
+            }
+    except DAMAGE as error:
+        return [f"damaged: {error}"]
     guid = str(description.guid).encode()
     blank = {name: data.replace(guid, GUID_MARK.encode()) for name, data in contents.items()}
     problems = []

@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from ...cosim import Run
 from ..ledger import Entry, every, less, number, verdict
 from ..results import Results
 from .controllers import LITERAL_PERIODS
@@ -88,7 +89,7 @@ def _beats_others(r: Results) -> Entry:
 
 
 def _smooth(r: Results) -> Entry:
-    run = r.runs.get(("step", "composite"))
+    run = _composite_step(r)
     if run is None:
         share, hard = None, None
     else:
@@ -116,7 +117,7 @@ def _smooth(r: Results) -> Entry:
 
 
 def _weights(r: Results) -> Entry:
-    run = r.runs.get(("step", "composite"))
+    run = _composite_step(r)
     if run is None:
         final, start, total = None, None, None
     else:
@@ -350,6 +351,13 @@ def _as_printed(r: Results) -> Entry:
         "settles into 2 % within 60 s; the weights' common factor drives them to fixed shares, "
         "with which equation 1 is unstable at short periods, while fuzzy control needs short ones",
     )
+
+
+def _composite_step(r: Results) -> Run | None:
+    """Return the composite's step run, if it has the signals that only the composite has."""
+    run = r.runs.get(("step", "composite"))
+    signals = {f"controller.{name}" for name in ("cf", "cnp", "u_fuzzy", "u_neuron")}
+    return run if run is not None and signals <= set(run.columns) else None
 
 
 def _window(

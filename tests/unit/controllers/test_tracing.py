@@ -52,9 +52,7 @@ def random_state(block: Block, generator: random.Random) -> Any:
     return state
 
 
-def largest_difference(
-    block: Block, states: list[Any], inputs: list[tuple[float, ...]]
-) -> float:
+def largest_difference(block: Block, states: list[Any], inputs: list[tuple[float, ...]]) -> float:
     """Return the largest difference of outputs and next states over all points."""
     traced = trace(block)
     x = np.array([flat(s) for s in states]).reshape(len(states), -1).T
