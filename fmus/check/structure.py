@@ -11,7 +11,6 @@ from ..build import DESCRIPTION, EQUATIONS, VARIABLES, guid_of
 from ..code import GUID_MARK
 from .report import Report
 
-
 DAMAGE = (zipfile.BadZipFile, zlib.error, OSError, EOFError, ValueError)
 
 

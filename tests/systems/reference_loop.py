@@ -5,6 +5,7 @@ The plant is propagated by scipy's matrix exponential between the controller's s
 of gravity is integrated by Simpson's rule over the outline's linear pieces, where it is exact.
 """
 
+import itertools
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
@@ -40,7 +41,7 @@ def centre_of_gravity(heights: np.ndarray, low: float, high: float) -> float:
             kinks |= {peaks[k] + h * width, peaks[k + 1] - h * width}
     ordered = sorted(y for y in kinks if low <= y <= high)
     area = moment = 0.0
-    for a, b in zip(ordered[:-1], ordered[1:], strict=True):
+    for a, b in itertools.pairwise(ordered):
         m = 0.5 * (a + b)
         fa, fm, fb = outline(a), outline(m), outline(b)
         area += (b - a) / 6.0 * (fa + 4.0 * fm + fb)
@@ -65,7 +66,7 @@ def limit(u: float) -> float:
 
 @dataclass
 class Errors:
-    """e(k), e(k−1), e(k−2), where at the first sample the earlier ones are e(0), or 0 if literal."""
+    """e(k), e(k−1), e(k−2); at the first sample the earlier ones are e(0), or 0 if literal."""
 
     literal: bool
     e1: float | None = None

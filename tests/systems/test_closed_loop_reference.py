@@ -21,10 +21,10 @@ REFERENCES: dict[str, Callable[[], Any]] = {
     "pid_zn": lambda: ref.Pid(6.65, 2.83, 0.707, 0.0707),
     "pid_simc": lambda: ref.Pid(4.743, 8.94, 1.972, 0.294),
     "pid_simc_kick": lambda: ref.Pid(4.743, 8.94, 1.972, 0.294, kick=True),
-    "fuzzy": lambda: ref.Fuzzy(),
-    "neuron": lambda: ref.Neuron(),
+    "fuzzy": ref.Fuzzy,
+    "neuron": ref.Neuron,
     "neuron_fixed": lambda: ref.Neuron(tuned=False),
-    "composite": lambda: ref.Composite(),
+    "composite": ref.Composite,
 }
 
 

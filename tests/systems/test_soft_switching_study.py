@@ -148,7 +148,6 @@ def test_verdicts_are_computed_from_the_run(folder: Path, metrics: dict, ledger:
         ("pid_zn", "fuzzy"): "The pulse hardly disturbs",
         ("composite", "pid_simc"): "The composite tracks",
         ("composite", "composite_literal"): "The method works as printed",
-        ("composite", "neuron_fixed"): "On the perturbed plants",
     }
     before = {e["claim"]: e["verdict"] for e in ledger}
     for (a, b), claim in swaps.items():

@@ -12,7 +12,7 @@ from railcosim.controllers.fuzzy import centroid, rule_table, sampled_centroid
 from railcosim.controllers.rules import GAIN_RULES, SEVEN, SPEED_RULES, SWITCHING_RULES
 
 
-def triangle(y: np.ndarray, peak: float, width: float) -> np.ndarray:
+def triangle(y: np.ndarray, peak: float | np.ndarray, width: float) -> np.ndarray:
     return np.maximum(0.0, 1.0 - np.abs(y - peak) / width)
 
 

@@ -24,6 +24,7 @@ class FMU2Named(FMU2Slave):  # FMPy wants the name to begin so
     def __init__(self, path: Path, folder: Path) -> None:
         description = read_model_description(str(path))
         self.vr = {v.name: v.valueReference for v in description.modelVariables}
+        assert description.coSimulation is not None
         extract(str(path), str(folder))
         super().__init__(
             guid=description.guid,
@@ -183,7 +184,7 @@ def test_instantiation_refuses_what_does_not_fit(slave: FMU2Named) -> None:
 
     callbacks = ctypes.POINTER(fmi2CallbackFunctions)(slave.callbacks)
 
-    def instantiate(name: bytes, kind: int, guid: bytes) -> int | None:
+    def instantiate(name: bytes, kind: int, guid: bytes) -> object:
         return slave.fmi2Instantiate(name, kind, guid, b"", callbacks, 0, 0)
 
     guid = slave.guid.encode()
