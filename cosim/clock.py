@@ -37,6 +37,11 @@ class Clock:
         """Return the time of a tick in s."""
         return float(self.start + tick * self.step)
 
+    def times(self, count: int) -> list[float]:
+        """Return the times of the first `count` ticks in s."""
+        a, b, q = self.integers
+        return [(a + k * b) / q for k in range(count)]
+
     @property
     def integers(self) -> tuple[int, int, int]:
         """Return (a, b, q) with t_k = (a + k·b) / q: integers, divided once."""

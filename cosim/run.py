@@ -182,7 +182,7 @@ class _Loop:
     def _result(self, failure: str | None, info: dict[str, Any] | None = None) -> Run:
         clock, columns = self.plan.clock, tuple(self.plan.signals[i] for i in self.kept)
         values = np.concatenate(self.chunks) if self.chunks else np.empty((0, len(columns)))
-        time = np.array([clock.time(k) for k in range(len(values))])
+        time = np.array(clock.times(len(values)))
         units = {c: self.plan.units[c] for c in columns if c in self.plan.units}
         return Run(self.plan.name, time, values, columns, units, failure, info or {})
 

@@ -1,6 +1,6 @@
 """A single rectangular pulse."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 from ..block import require_finite, require_positive
@@ -16,6 +16,7 @@ class Pulse(Source):
     width: float = 1.0
     height: float = 1.0
     base: float = 0.0
+    _end: float = field(init=False, repr=False, compare=False)
 
     timed = True
 
@@ -23,7 +24,8 @@ class Pulse(Source):
         Source.__post_init__(self)
         require_finite(self, "at", "height", "base")
         require_positive(self, "width")
+        object.__setattr__(self, "_end", plus(self.at, self.width))
 
     def output(self, x: Any, t: float) -> float:
         """Return the value at time t (s)."""
-        return self.height if self.at <= t < plus(self.at, self.width) else self.base
+        return self.height if self.at <= t < self._end else self.base

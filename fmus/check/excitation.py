@@ -30,8 +30,7 @@ class Excitation:
 def grid(step: float, stop: float) -> np.ndarray:
     """Return communication points from 0: whole coarse steps, at least one, up to about `stop`."""
     count = max(1, round(stop / step / COARSE)) * COARSE
-    clock = Clock(rational(step))
-    return np.array([clock.time(k) for k in range(count + 1)])
+    return np.array(Clock(rational(step)).times(count + 1))
 
 
 def from_table(

@@ -26,6 +26,7 @@ def test_the_integers_give_the_same_time() -> None:
     clock = Clock(rational(0.05), rational(1 / 3))
     a, b, q = clock.integers
     assert all((a + k * b) / q == clock.time(k) for k in range(1000))
+    assert clock.times(1000) == [clock.time(k) for k in range(1000)]
 
 
 def test_a_span_must_be_whole_ticks() -> None:
