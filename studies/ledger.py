@@ -1,7 +1,11 @@
 """The ledger: a paper's claims, each judged by what the run measured."""
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from .results import Results
 
 
 @dataclass(frozen=True)
@@ -42,3 +46,12 @@ def every(*results: bool | None) -> bool | None:
 def number(value: float | None, unit: str, digits: int = 2) -> str:
     """Return a measured value for a sentence; "never" for a time that did not come."""
     return "none" if value is None else f"{value:.{digits}f} {unit}".rstrip()
+
+
+def row(
+    results: "Results", experiment: str, metric: str, controllers: Iterable[str], unit: str
+) -> str:
+    """Return one metric of several controllers for a sentence."""
+    return ", ".join(
+        f"{name} {number(results.get(experiment, name, metric), unit)}" for name in controllers
+    )

@@ -11,6 +11,8 @@ from ...cosim import Block
 PID_ZN = PID(kp=6.65, ti=2.83, td=0.707)  # Ziegler-Nichols, open-loop reaction curve
 PID_SIMC = PID(kp=4.743, ti=8.94, td=1.972, filter_time=0.294)  # SIMC, tau_c = 1.5 s
 
+TUNINGS = {"PID is tuned by Ziegler-Nichols": "pid_zn", "PID is tuned by SIMC": "pid_simc"}
+
 # In every experiment.
 LINE_UP: dict[str, Block] = {
     "pid_zn": PID_ZN,
