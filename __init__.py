@@ -4,8 +4,9 @@ The public face: diagrams and the basic blocks. Plants are in `railcosim.models`
 `railcosim.controllers`, the FMU exporter in `railcosim.fmus`, the papers in `railcosim.studies`.
 """
 
-from importlib import import_module
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
+
+from .base.lazy import lazy
 
 if TYPE_CHECKING:
     from .base.errors import RailcosimError
@@ -49,9 +50,5 @@ __all__ = [
 ]
 
 
-def __getattr__(name: str) -> Any:
-    """Load each name when it is first asked for, so that `import railcosim` stays light."""
-    if name not in __all__:
-        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    home = ".base.errors" if name == "RailcosimError" else ".cosim"
-    return getattr(import_module(home, __name__), name)
+_HOME = {name: "base.errors" if name == "RailcosimError" else "cosim" for name in __all__}
+__getattr__, __dir__ = lazy(__name__, _HOME)

@@ -1,6 +1,5 @@
 """Find a C compiler: the system's, or the `ziglang` package that pip installs with this one."""
 
-import hashlib
 import importlib.util
 import os
 import platform as host
@@ -82,7 +81,9 @@ def system_compiler() -> Compiler | None:
         path = shutil.which(command[0]) if command else None
         if path is None:
             continue
-        compiler = Compiler((path, *command[1:]), _version([path, *command[1:]]))
+        version = _version([path, *command[1:]])
+        # The arguments in $CC change what comes out, so they belong to the identity.
+        compiler = Compiler((path, *command[1:]), " ".join((version, *command[1:])))
         if _works(compiler):
             return compiler
     return None
@@ -102,6 +103,11 @@ def zig_compiler(target: str) -> Compiler:
         f"zig {_zig_version()} for {target}",
         (("ZIG_GLOBAL_CACHE_DIR", caches), ("ZIG_LOCAL_CACHE_DIR", caches)),
     )
+
+
+def machine() -> str:
+    """Return this machine's platform and processor: binaries for another one do not run here."""
+    return f"{host_platform()} on {host.machine().lower()}"
 
 
 def native_target() -> str:
@@ -129,7 +135,10 @@ def native_compiler(kind: str = "auto") -> Compiler:
 
 
 def _version(command: list[str]) -> str:
-    done = subprocess.run([*command, "--version"], capture_output=True, text=True, check=False)
+    try:
+        done = subprocess.run([*command, "--version"], capture_output=True, text=True, check=False)
+    except OSError:  # executable, but no program for this machine
+        return command[0]
     return (done.stdout or done.stderr or command[0]).partition("\n")[0].strip()
 
 
@@ -141,11 +150,7 @@ def _zig_version() -> str:
 
 
 def _works(compiler: Compiler) -> bool:
-    """Try the compiler once per machine: macOS has a `cc` even where no compiler is installed."""
-    key = hashlib.sha256(repr(compiler).encode()).hexdigest()[:16]
-    mark = cache_folder("compilers") / key
-    if mark.exists():
-        return True
+    """Try the compiler: macOS has a `cc` even where no compiler is installed."""
     with tempfile.TemporaryDirectory() as folder:
         source = Path(folder) / "probe.c"
         source.write_text("#include <math.h>\ndouble probe(double x) { return sqrt(x); }\n")
@@ -153,5 +158,4 @@ def _works(compiler: Compiler) -> bool:
             compiler.shared_library(source, source.with_suffix(SUFFIXES[host_platform()]))
         except BuildError:
             return False
-    mark.touch()
     return True

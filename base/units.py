@@ -96,12 +96,14 @@ def parse(text: str) -> Unit:
     """Return the meaning of a unit such as "m/s2"; raise UnitError for one that is unknown."""
     if not text or text.strip() != text:
         raise UnitError(f"'{text}' is not a unit; write \"1\" for a dimensionless quantity")
-    numerator, _, denominator = text.partition("/")
+    numerator, slash, denominator = text.partition("/")
+    if not numerator or (slash and not denominator):
+        raise UnitError(f"'{text}' is not a unit (notation: m/s2, N.m, 1/s)")
     if denominator.startswith("(") and denominator.endswith(")"):
-        denominator = denominator[1:-1]
+        denominator = denominator[1:-1] or "()"
     powers, factor, offset = [0] * len(BASE), 1.0, 0.0
     for part, sign in ((numerator, 1), (denominator, -1)):
-        for piece in part.split(".") if part else ():
+        for piece in part.split(".") if part else []:
             match = _FACTOR.fullmatch(piece)
             if not match:
                 raise UnitError(f"'{text}' is not a unit (notation: m/s2, N.m, 1/s)")

@@ -1,7 +1,8 @@
 """Controllers, one a file, written once for floats (Python slaves) and CasADi symbols (C, FMUs)."""
 
-from importlib import import_module
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
+
+from ..base.lazy import lazy
 
 if TYPE_CHECKING:
     from .fuzzy import Mamdani, Sugeno, Triangles
@@ -38,8 +39,4 @@ __all__ = [
 ]
 
 
-def __getattr__(name: str) -> Any:
-    """Load each name when it is first asked for."""
-    if name not in _HOME:
-        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    return getattr(import_module(f".{_HOME[name]}", __name__), name)
+__getattr__, __dir__ = lazy(__name__, _HOME)

@@ -1,10 +1,11 @@
 """Fuzzy speed control."""
 
 from dataclasses import dataclass
-from typing import Any, Literal, Self
+from typing import Any, Self
 
 from ..base.ops import clip, where
-from ..cosim.block import Block, require, require_finite, require_limits, require_positive
+from ..cosim.block import Block, require_finite, require_limits, require_positive
+from .error_rate import Rate, error_rate, require_rate
 from .fuzzy import Mamdani
 from .rules import SPEED_RULES
 
@@ -20,7 +21,7 @@ class FuzzySpeed(Block):
     ke: float = 0.4
     kec: float = 3.0
     ku: float = 5.0
-    rate: Literal["derivative", "difference"] = "derivative"
+    rate: Rate = "derivative"
     rules: Mamdani = SPEED_RULES
     limits: tuple[float, float] = (-10.0, 10.0)
     kick: bool = False
@@ -33,8 +34,7 @@ class FuzzySpeed(Block):
         require_finite(self, "ke", "kec", "ku")
         require_positive(self, "period")
         require_limits(self)
-        good = self.rate in ("derivative", "difference")
-        require(self, good, f"rate is 'derivative' or 'difference', not {self.rate!r}")
+        require_rate(self, self.rate)
 
     @classmethod
     def recommended(cls, **options: Any) -> Self:
@@ -55,6 +55,6 @@ class FuzzySpeed(Block):
         last, first = x
         e = reference - measurement
         change = e - where(first > 0.5, e, last)
-        ec = change / self.period if self.rate == "derivative" else change
+        ec = error_rate(change, self.rate, self.period)
         u = clip(self.ku * self.rules(self.kec * ec, self.ke * e), *self.limits)
         return u, (e, 0.0)

@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from typing import Any, Self
 
-from ..base.ops import clip, where
+from ..base.ops import clip, finite, is_symbol, where
 from ..cosim.block import Block, require, require_limits, require_positive
 from .tuning import simc, ziegler_nichols
 
@@ -33,8 +33,8 @@ class PID(Block):
         require_positive(self, "kp", "ti", "period")
         for name in ("td", "filter_time"):
             value = getattr(self, name)
-            if isinstance(value, int | float):
-                require(self, 0.0 <= value < float("inf"), f"{name} must be a time from 0 s")
+            if value is not None and not is_symbol(value):
+                require(self, finite(value) and value >= 0.0, f"{name} must be a time from 0 s")
         require_limits(self)
 
     @classmethod

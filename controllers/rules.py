@@ -1,7 +1,7 @@
 """The rule bases of the soft-switching paper, as printed (tables 1 to 3).
 
-They are kept as they are: in table 2 eight pairs of opposite cells are not each other's negative,
-in table 3 one pair differs ((NM, ZO) = F against (PM, ZO) = N).
+They are kept as they are: in table 2 five pairs of opposite cells are not each other's negative, in
+table 3 one pair differs ((NM, ZO) = F against (PM, ZO) = N).
 """
 
 from .fuzzy import Mamdani, Sugeno, Triangles, rule_table
@@ -44,12 +44,12 @@ GAIN_RULES = Mamdani(
     rules=rule_table(
         """
         PB PB PM PM PS PS ZO
-        PB PB PM PM PS ZO NS
+        PB PM PM PS PS ZO NS
         PB PM PS PS ZO ZO NS
         PM PM PS ZO ZO NS NM
         PS PS ZO ZO NS NM NM
         PS ZO NS NS NM NM NB
-        ZO NS NM NM NM NB NB
+        ZO NS NS NM NM NB NB
         """,
         7,
         7,

@@ -1,10 +1,11 @@
 """Single-neuron adaptive PID control of speed, with fixed or self-tuned gain."""
 
 from dataclasses import dataclass
-from typing import Any, Literal, Self
+from typing import Any, Self
 
 from ..base.ops import absolute, clip, maximum, where
-from ..cosim.block import Block, require, require_finite, require_limits, require_positive
+from ..cosim.block import Block, require_finite, require_limits, require_positive
+from .error_rate import Rate, error_rate, require_rate
 from .fuzzy import Mamdani
 from .rules import GAIN_RULES
 
@@ -30,7 +31,7 @@ class SingleNeuron(Block):
     increment_gain: float = 5.0
     gain_rules: Mamdani | None = GAIN_RULES
     scaled: bool = True
-    rate: Literal["derivative", "difference"] = "derivative"
+    rate: Rate = "derivative"
     w0: float = 0.1
     floor: float | None = 0.1
     limits: tuple[float, float] = (-10.0, 10.0)
@@ -46,8 +47,7 @@ class SingleNeuron(Block):
         if self.floor is not None:
             require_positive(self, "floor")
         require_limits(self)
-        good = self.rate in ("derivative", "difference")
-        require(self, good, f"rate is 'derivative' or 'difference', not {self.rate!r}")
+        require_rate(self, self.rate)
 
     @classmethod
     def recommended(cls, **options: Any) -> Self:
@@ -96,5 +96,5 @@ class SingleNeuron(Block):
     def _gain(self, e: Any, change: Any) -> Any:
         if self.gain_rules is None:
             return self.k0
-        ec = change / self.period if self.rate == "derivative" else change
+        ec = error_rate(change, self.rate, self.period)
         return maximum(self.k0 + self.gain_rules(ec, e), _LEAST_GAIN)

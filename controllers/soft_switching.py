@@ -1,10 +1,11 @@
 """Soft switching between fuzzy and single-neuron control of speed."""
 
-from dataclasses import dataclass, field
-from typing import Any, Literal, Self
+from dataclasses import dataclass, field, replace
+from typing import Any, Self
 
 from ..base.ops import where
-from ..cosim.block import Block, require, require_finite, require_positive
+from ..cosim.block import Block, require_finite, require_positive
+from .error_rate import Rate, error_rate, require_rate
 from .fuzzy import Sugeno
 from .fuzzy_speed import FuzzySpeed
 from .rules import SWITCHING_RULES
@@ -16,7 +17,7 @@ class SoftSwitching(Block):
     """u = cf · u_fuzzy + cnp · u_neuron with cf + cnp = 1 (soft-switching paper, eq. 9 to 11).
 
     cf comes from the Takagi-Sugeno rules of table 3 for ke · e and kec · ec. Both controllers
-    run all the time; the neuron keeps its own u(k−1). All three share the sampling `period`.
+    run all the time; the neuron keeps its own u(k−1). `period` is that of all three.
     """
 
     fuzzy: FuzzySpeed = field(default_factory=FuzzySpeed)
@@ -24,7 +25,7 @@ class SoftSwitching(Block):
     switch: Sugeno = SWITCHING_RULES
     ke: float = 1.0
     kec: float = 1.0
-    rate: Literal["derivative", "difference"] = "derivative"
+    rate: Rate = "derivative"
     kick: bool = False
     period: float = 0.05
 
@@ -34,22 +35,25 @@ class SoftSwitching(Block):
     def __post_init__(self) -> None:
         require_finite(self, "ke", "kec")
         require_positive(self, "period")
-        same = self.fuzzy.period == self.neuron.period == self.period
-        require(self, same, "the fuzzy and neuron controllers must have the composite's period")
-        good = self.rate in ("derivative", "difference")
-        require(self, good, f"rate is 'derivative' or 'difference', not {self.rate!r}")
+        for name in ("fuzzy", "neuron"):
+            object.__setattr__(self, name, replace(getattr(self, name), period=self.period))
+        require_rate(self, self.rate)
 
     @classmethod
     def recommended(cls, *, period: float = 0.05) -> Self:
         """Return our reading of the paper; see both controllers' `recommended`."""
-        fuzzy, neuron = FuzzySpeed.recommended(period=period), SingleNeuron(period=period)
-        return cls(fuzzy=fuzzy, neuron=neuron, period=period)
+        return cls(period=period)
 
     @classmethod
     def literal(cls, *, period: float = 0.05) -> Self:
         """Return the paper to the letter; see both controllers' `literal`."""
-        fuzzy, neuron = FuzzySpeed.literal(period=period), SingleNeuron.literal(period=period)
+        fuzzy, neuron = FuzzySpeed.literal(), SingleNeuron.literal()
         return cls(fuzzy=fuzzy, neuron=neuron, rate="difference", kick=True, period=period)
+
+    def parameters(self) -> dict[str, Any]:
+        """Return the parameters; the period is the composite's alone."""
+        found = Block.parameters(self)
+        return {n: v for n, v in found.items() if n not in ("fuzzy.period", "neuron.period")}
 
     def start(self) -> tuple[Any, ...]:
         """Return (fuzzy state, neuron state, last e, whether the next sample is the first)."""
@@ -62,7 +66,7 @@ class SoftSwitching(Block):
         (u_neuron, _), neuron = self.neuron.step(neuron, reference, measurement)
         e = reference - measurement
         change = e - where(first > 0.5, e, last)
-        ec = change / self.period if self.rate == "derivative" else change
+        ec = error_rate(change, self.rate, self.period)
         cf = self.switch(self.ke * e, self.kec * ec)
         cnp = 1.0 - cf
         u = cf * u_fuzzy + cnp * u_neuron

@@ -94,12 +94,10 @@ class Block:
 
 
 def _typed(value: Any, hint: Any, what: str) -> Any:
-    from pydantic import ConfigDict, TypeAdapter, ValidationError
+    from pydantic import TypeAdapter, ValidationError
 
     try:
-        return TypeAdapter(
-            hint, config=ConfigDict(strict=True, arbitrary_types_allowed=True)
-        ).validate_python(value)
+        return TypeAdapter(hint).validate_python(value, strict=True)
     except ValidationError as error:
         words = error.errors()[0]["msg"]
         raise ParameterError(f"{what} = {value!r}: {words[0].lower()}{words[1:]}") from None

@@ -3,11 +3,12 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ..base.errors import DiagramError, UnitError, listing, suggest
 from ..base.units import compatible, parse
-from .block import Block
+from .block import Block, require_positive
 from .clock import rational
 
 if TYPE_CHECKING:
@@ -57,13 +58,14 @@ class Diagram:
 
     def add(self, name: str, block: Block) -> None:
         """Add a block under a name, which is a Python identifier."""
-        if not name.isidentifier():
+        if not isinstance(name, str) or not name.isidentifier():
             raise DiagramError(f"'{name}' cannot name a block: letters, digits and _ only")
         if name in self._blocks:
             raise DiagramError(f"'{self.name}' already has a block '{name}'")
         if not isinstance(block, Block):
-            hint = "; an FMU's path goes into Fmu(path)" if isinstance(block, str) else ""
+            hint = "; an FMU's path goes into Fmu(path)" if isinstance(block, str | Path) else ""
             raise DiagramError(f"add('{name}', …) needs a block, not {block!r}{hint}")
+        _check_block(name, block)
         for port, unit in (*block.inputs.items(), *block.outputs.items()):
             if unit is not None:
                 try:
@@ -93,10 +95,12 @@ class Diagram:
 
     def port(self, spelling: str, kind: str) -> Port:
         """Return the port spelled "block.port"; `kind` is "input" or "output"."""
-        name, dot, port = spelling.partition(".")
+        if not isinstance(spelling, str) or "." not in spelling:
+            raise DiagramError(f"{spelling!r} is not spelled block.port")
+        name, _, port = spelling.partition(".")
         block = self.block(name)
         ports = block.inputs if kind == "input" else block.outputs
-        if not dot or port not in ports:
+        if port not in ports:
             others = block.outputs if kind == "input" else block.inputs
             turned = f" ('{port}' is the other way round)" if port in others else ""
             raise DiagramError(
@@ -164,7 +168,10 @@ class Diagram:
         known = [self._units[p] for p in (a, b) if p in self._units]
         if len(known) == 2:
             if not compatible(*known):
-                raise UnitError(f"connect({a} [{known[0]}] → {b} [{known[1]}]): units differ")
+                raise UnitError(
+                    f"connect({a} [{known[0]}] → {b} [{known[1]}]): units differ; "
+                    "a Gain with input_unit and unit converts"
+                )
         elif known:
             self._learn(a if b in self._units else b, known[0])
 
@@ -186,3 +193,27 @@ class Diagram:
         for target, source in self._sources.items():
             if port in (source, target):
                 self._spread(source, target)
+
+
+def _check_block(name: str, block: Block) -> None:
+    """Raise DiagramError or ParameterError for a block that does not keep the protocol."""
+    for ports, kind in ((block.inputs, "inputs"), (block.outputs, "outputs")):
+        named = isinstance(ports, Mapping) and all(isinstance(p, str) and p for p in ports)
+        if not named:
+            raise DiagramError(f"block '{name}': {kind} must map port names to units (or None)")
+    if block.period is not None:
+        require_positive(block, "period")
+    needed = ["step"] if block.feedthrough and block.inputs else []
+    if not block.feedthrough and block.outputs:
+        needed = ["output"]
+    for method in needed:
+        if getattr(type(block), method) is getattr(Block, method) and not _engines_own(block):
+            raise DiagramError(f"block '{name}': {type(block).__name__} must define {method}()")
+
+
+def _engines_own(block: Block) -> bool:
+    """Return whether the engine itself runs the block: FMUs and delays."""
+    from .blocks.delay import Delay
+    from .blocks.fmu import Fmu
+
+    return isinstance(block, Fmu | Delay)

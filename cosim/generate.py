@@ -4,19 +4,18 @@ The text of a tick is the same in both. States and signals are local variables (
 that a step costs no look-up; an FMU's inputs and outputs are slots of its arrays.
 """
 
+import hashlib
 import linecache
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from itertools import count
 from typing import Any
 
+from ..base.errors import DiagramError, RailcosimError
 from .block import Block
 from .blocks.delay import Delay
 from .blocks.fmu import Fmu
-from .fmi2 import FmuInstance
+from .fmu_instance import FmuInstance
 from .plan import Node, Plan
-
-_numbers = count(1)
 
 
 @dataclass(frozen=True)
@@ -33,6 +32,7 @@ class Program:
     advance: Callable[..., list[Any]]
     observe: Callable[[int, Sequence[Any]], list[Any]]
     node_of_line: dict[int, str]
+    pack_line: int
     start: tuple[Any, ...]
 
 
@@ -60,6 +60,7 @@ def generate(plan: Plan, instances: dict[str, FmuInstance], record: Sequence[int
     _outputs(text, 2, plan, names, instances)
     kept = "".join(f", y{i}" for i in record)
     text.add(2, f"pack(buffer, row{kept})")
+    pack_line = len(text.lines)
     text.add(2, "row += size")
     _updates(text, 2, plan, names, instances)
     text.add(2, "k += 1")
@@ -70,19 +71,28 @@ def generate(plan: Plan, instances: dict[str, FmuInstance], record: Sequence[int
     _outputs(text, 1, plan, names, instances)
     text.add(1, f"return [{everything}]")
     source = "\n".join(text.lines) + "\n"
-    filename = f"<railcosim diagram '{plan.name}' {next(_numbers)}>"
+    digest = hashlib.sha256(source.encode()).hexdigest()[:12]
+    filename = f"<railcosim diagram '{plan.name}' {digest}>"
     # In linecache a traceback through the generated code shows its lines.
     linecache.cache[filename] = (len(source), None, source.splitlines(keepends=True), filename)
     exec(compile(source, filename, "exec"), names)
     start = (*(_start(node, plan) for node in plan.nodes), *([0.0] * len(plan.signals)))
-    return Program(source, filename, names["advance"], names["observe"], text.node_of_line, start)
+    return Program(
+        source, filename, names["advance"], names["observe"], text.node_of_line, pack_line, start
+    )
 
 
 def _start(node: Node, plan: Plan) -> Any:
     if isinstance(node.block, Delay):
         whole, _ = node.block.split(plan.clock.step)
         return [0.0] * (whole + 2)
-    return node.block.start()
+    try:
+        return node.block.start()
+    except RailcosimError:
+        raise
+    except Exception as error:
+        what = f"block '{node.name}': start() failed: {type(error).__name__}: {error}"
+        raise DiagramError(what) from error
 
 
 def _time(plan: Plan) -> str:

@@ -1,5 +1,6 @@
 """Running a plan: initialization, the ticks in chunks, and what is kept when a block fails."""
 
+import math
 import struct
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -10,7 +11,7 @@ import numpy as np
 
 from ..base.errors import AlgebraicLoopError, DiagramError, RailcosimError, listing, suggest
 from .blocks.fmu import Fmu
-from .fmi2 import FmuInstance
+from .fmu_instance import FmuInstance
 from .generate import Program, generate
 from .plan import Plan
 from .result import Run, SimulationError
@@ -22,6 +23,8 @@ def run(
     plan: Plan, stop: float, *, record: Sequence[str] | None = None, progress: bool = True
 ) -> Run:
     """Run a plan to `stop` (s); see Diagram.run."""
+    if not isinstance(stop, int | float) or not math.isfinite(stop):
+        raise DiagramError(f"stop must be a time in s, not {stop!r}")
     if not stop > float(plan.clock.start):
         start = float(plan.clock.start)
         raise DiagramError(f"stop = {stop:g} s must lie after start = {start:g} s")
@@ -33,7 +36,7 @@ def run(
             if isinstance(node.block, Fmu):
                 instances[node.name] = node.block.instance(node.name)
         program = generate(plan, instances, kept)
-        values = _initialize(plan, program, instances, float(stop))
+        values = _initialize(plan, program, instances, ticks)
         return _Loop(plan, program, kept, ticks, progress).run(values)
     finally:
         for instance in instances.values():
@@ -53,7 +56,7 @@ def _signals(plan: Plan, record: Sequence[str] | None) -> list[int]:
 
 
 def _initialize(
-    plan: Plan, program: Program, instances: dict[str, FmuInstance], stop: float
+    plan: Plan, program: Program, instances: dict[str, FmuInstance], ticks: int
 ) -> list[Any]:
     """Bring all FMUs through initialization mode and return the values at the start.
 
@@ -63,8 +66,10 @@ def _initialize(
     """
     start = plan.clock.time(0)
     nodes = {node.name: node for node in plan.nodes}
-    for instance in instances.values():
-        instance.enter_initialization(start, stop)
+    for name, instance in instances.items():
+        # A slower FMU's last step ends at its own hit, which may lie behind the run's stop.
+        span = nodes[name].ticks
+        instance.enter_initialization(start, plan.clock.time(-(-ticks // span) * span))
         instance.fetch()
     values = list(program.start)
     states = len(plan.nodes)
@@ -73,23 +78,28 @@ def _initialize(
         try:
             signals = program.observe(0, values)[states:]
         except Exception as error:
-            name, _ = _where(program, error)
-            what = _failed(name, start, error)
+            place = _where(program, error)
+            what = _failed(place.node if place else None, start, error)
             raise SimulationError(what, _empty(plan, what)) from error
         for name, instance in instances.items():
             instance.inputs([signals[i] for i in nodes[name].inputs])
             instance.put()
             instance.fetch()
-        if before == {name: instance.outputs() for name, instance in instances.items()}:
+        after = {name: instance.outputs() for name, instance in instances.items()}
+        if all(np.array_equal(before[n], after[n], equal_nan=True) for n in after):
             break
     else:
         raise AlgebraicLoopError(
             f"'{plan.name}': the initial outputs of {listing(instances)} do not settle; "
             "they depend on each other without a delay"
         )
-    for instance in instances.values():
+    for name, instance in instances.items():
         instance.exit_initialization()
         instance.fetch()
+        for port, value in zip(nodes[name].block.outputs, instance.outputs(), strict=True):
+            if not math.isfinite(value):
+                what = f"{name}.{port} is {value:g} at the start, t = {start:.9g} s"
+                raise SimulationError(what, _empty(plan, what))
     return values
 
 
@@ -170,13 +180,15 @@ class _Loop:
 
     def _fail(self, error: Exception, rows: bytearray) -> None:
         """Keep the complete rows before a block's failure and raise SimulationError."""
-        name, tick = _where(self.program, error)
-        tick = self.done if tick is None else tick
-        recorded = _packed(self.program, error)
-        complete = tick - self.done + (1 if recorded else 0)
+        place = _where(self.program, error)
+        tick = self.done if place is None else place.tick
+        complete = tick - self.done
+        if place is not None and place.in_updates:
+            complete += 1  # the failing tick's row had been recorded
         if complete and self.kept:
             self._keep(rows[: complete * self.layout.size], self.done + complete)
-        what = _failed(name, self.plan.clock.time(tick), error)
+        what = _no_number(self.plan, place) if place is not None else None
+        what = what or _failed(place.node if place else None, self.plan.clock.time(tick), error)
         raise SimulationError(what, self._result(what)) from error
 
     def _result(self, failure: str | None, info: dict[str, Any] | None = None) -> Run:
@@ -187,29 +199,43 @@ class _Loop:
         return Run(self.plan.name, time, values, columns, units, failure, info or {})
 
 
-def _where(program: Program, error: BaseException) -> tuple[str | None, int | None]:
-    """Return the block in whose line the generated code failed, and the tick."""
-    for frame, line in _frames(error):
-        if frame.f_code.co_filename == program.filename:
-            return program.node_of_line.get(line), frame.f_locals.get("k")
-    return None, None
+@dataclass(frozen=True)
+class _Place:
+    """Where generated code failed: the block of the line, the tick, the values of that moment."""
+
+    node: str | None
+    tick: int
+    in_updates: bool
+    values: dict[str, Any]
 
 
-def _packed(program: Program, error: BaseException) -> bool:
-    """Return whether the failing tick's row had been recorded: the failure came in its updates."""
-    for frame, line in _frames(error):
-        if frame.f_code.co_filename == program.filename:
-            lines = program.source.splitlines()
-            pack = next(i for i, text in enumerate(lines, start=1) if "pack(" in text and i > 1)
-            return frame.f_code.co_name == "advance" and line > pack
-    return False
-
-
-def _frames(error: BaseException) -> Any:
+def _where(program: Program, error: BaseException) -> _Place | None:
+    """Return the place in the generated code that an error came through."""
     trace = error.__traceback__
     while trace is not None:
-        yield trace.tb_frame, trace.tb_lineno
+        frame, line = trace.tb_frame, trace.tb_lineno
+        if frame.f_code.co_filename == program.filename:
+            updates = frame.f_code.co_name == "advance" and line > program.pack_line
+            values = dict(frame.f_locals)
+            return _Place(program.node_of_line.get(line), values["k"], updates, values)
         trace = trace.tb_next
+    return None
+
+
+def _no_number(plan: Plan, place: _Place) -> str | None:
+    """Return a message if a block's output is no number, which only a later line noticed."""
+    for i, signal in enumerate(plan.signals):
+        value = place.values.get(f"y{i}", 0.0)
+        try:
+            struct.pack("d", value)
+        except (struct.error, TypeError, OverflowError):
+            block, _, port = signal.partition(".")
+            time = plan.clock.time(place.tick)
+            return (
+                f"block '{block}' at t = {time:.9g} s: output '{port}' is {value!r}, "
+                "which is no number"
+            )
+    return None
 
 
 def _failed(name: str | None, time: float, error: Exception) -> str:

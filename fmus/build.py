@@ -18,14 +18,16 @@ from ..base.compilers import (
     TARGETS,
     Compiler,
     host_platform,
+    machine,
     native_compiler,
     zig_compiler,
 )
 from ..base.errors import FileError, ParameterError, listing, suggest
+from ..models.expressions import exact_expressions
 from ..models.plant import Plant
 from .code import GUID_MARK, plant_c, plant_h
 from .description import model_description
-from .layout import Layout, exact_expressions
+from .layout import Layout
 from .macho import universal_library
 
 EQUATIONS = "resources/equations.casadi"
@@ -45,7 +47,7 @@ def build(plant: Plant, *, inner_step: float = 0.002, compiler: str = "auto") ->
     contents = _contents(plant, inner_step)
     chosen = native_compiler(compiler)
     key = hashlib.sha256(_digest(contents))
-    key.update(repr((chosen.identity, FLAGS, host_platform())).encode())
+    key.update(repr((chosen.identity, FLAGS, machine())).encode())
     folder = cache_folder("fmus", key.hexdigest()[:32])
     path = folder / f"{plant.name}.fmu"
     if not path.exists():
@@ -70,7 +72,11 @@ def export(
     unknown platform, BuildError if it cannot be built, FileError if it cannot be written.
     """
     path = Path(path)
-    names = tuple(dict.fromkeys(platforms or (host_platform(),)))
+    if isinstance(platforms, str):
+        platforms = (platforms,)
+    names = tuple(dict.fromkeys((host_platform(),) if platforms is None else platforms))
+    if not names:
+        raise ParameterError(f"no platform given; platforms: {listing(TARGETS)}")
     for name in names:
         if name not in TARGETS:
             raise ParameterError(
@@ -112,6 +118,8 @@ def _fixed_sources() -> dict[str, bytes]:
 
 def _contents(plant: Plant, inner_step: float) -> dict[str, bytes]:
     """Return all files of the FMU but the binaries, GUID included."""
+    if not isinstance(plant, Plant):
+        raise ParameterError(f"an FMU is built from a Plant, not from {plant!r}")
     if not 1e-9 <= inner_step < float("inf"):
         raise ParameterError(f"inner_step must be a time from 1e-9 s up, not {inner_step!r}")
     layout = Layout(plant)

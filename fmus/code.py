@@ -3,7 +3,8 @@
 import casadi as ca
 
 from ..base.errors import BuildError
-from .layout import INNER_STEP, Layout, exact_expressions
+from ..models.expressions import exact_expressions
+from .layout import INNER_STEP, Layout
 
 GUID_MARK = "@GUID@"
 

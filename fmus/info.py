@@ -4,7 +4,7 @@ import zipfile
 from collections.abc import Sequence
 from pathlib import Path
 
-from ..cosim.fmi2 import read_description
+from ..cosim.fmu_file import read_description
 
 _CAPABILITIES = (
     "canHandleVariableCommunicationStepSize",

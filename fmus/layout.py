@@ -1,7 +1,6 @@
 """Where each scalar of a plant stands: its value reference, and the plant as CasADi functions."""
 
 from collections.abc import Iterator
-from contextlib import contextmanager
 from dataclasses import dataclass
 
 import casadi as ca
@@ -9,17 +8,6 @@ import casadi as ca
 from ..models.plant import Plant, Variable
 
 INNER_STEP = "solver.inner_step"
-
-
-@contextmanager
-def exact_expressions() -> Iterator[None]:
-    """Keep CasADi from simplifying what is traced, so that C repeats Python's bits."""
-    before = ca.GlobalOptions.getSimplificationOnTheFly()
-    ca.GlobalOptions.setSimplificationOnTheFly(False)
-    try:
-        yield
-    finally:
-        ca.GlobalOptions.setSimplificationOnTheFly(before)
 
 
 @dataclass(frozen=True)

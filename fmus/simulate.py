@@ -7,7 +7,7 @@ from typing import Any
 
 from ..base.errors import FmuError
 from ..cosim import Constant, Diagram, Fmu, Profile, Run, SimulationError
-from ..cosim.fmi2 import read_description
+from ..cosim.fmu_file import read_description
 from .tables import read_table
 
 

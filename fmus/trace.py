@@ -8,8 +8,7 @@ import casadi as ca
 
 from ..base.errors import BuildError
 from ..cosim.block import Block
-from ..models.plant import has_nan_constant
-from .layout import exact_expressions
+from ..models.expressions import exact_expressions, has_nan_constant
 
 
 def trace(block: Block, *, parameters: Sequence[str] = ()) -> ca.Function:

@@ -4,9 +4,9 @@ Imported from here: `Plant`, `catalogue`, and every plant by its name. CasADi is
 first plant, not with the package.
 """
 
-from importlib import import_module
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
+from ..base.lazy import lazy
 from .catalogue import PLANTS, catalogue
 
 if TYPE_CHECKING:
@@ -16,10 +16,4 @@ if TYPE_CHECKING:
 __all__ = ["Plant", "catalogue", "second_order_train"]
 
 
-def __getattr__(name: str) -> Any:
-    """Load `Plant` and the plants when they are first asked for."""
-    if name != "Plant" and name not in PLANTS:
-        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    value = getattr(import_module(f".{name.lower()}", __name__), name)
-    globals()[name] = value  # a plant's module bears its name: the function takes precedence
-    return value
+__getattr__, __dir__ = lazy(__name__, {"Plant": "plant", **{name: name for name in PLANTS}})

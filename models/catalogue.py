@@ -51,15 +51,29 @@ def _from_file(file: Path, function: str) -> "Plant":
     try:
         spec.loader.exec_module(module)
         plant = getattr(module, function)()
-    except RailcosimError:
-        raise
+    except RailcosimError as error:
+        raise type(error)(f"{file}{_line(error, file)}: {error}") from error
     except AttributeError as error:
         if hasattr(module, function):
-            raise FileError(f"{file}: {function}() failed: {error}") from error
+            line = _line(error, file)
+            raise FileError(f"{file}{line}: {function}() failed: {error}") from error
         names = [n for n, v in vars(module).items() if callable(v) and not n.startswith("_")]
         raise FileError(f"{file} has no function '{function}'; it has {listing(names)}") from error
-    except Exception as error:
-        raise FileError(f"{file}: {type(error).__name__}: {error}") from error
+    except (Exception, SystemExit) as error:
+        line = _line(error, file)
+        raise FileError(f"{file}{line}: {type(error).__name__}: {error}") from error
     if not isinstance(plant, Plant):
         raise FileError(f"{file}: {function}() returns {type(plant).__name__}, not a Plant")
     return plant
+
+
+def _line(error: BaseException, file: Path) -> str:
+    """Return ", line N" for the last line of the file that the error came through."""
+    if isinstance(error, SyntaxError) and error.lineno:
+        return f", line {error.lineno}"
+    trace, line = error.__traceback__, ""
+    while trace is not None:
+        if trace.tb_frame.f_code.co_filename == str(file):
+            line = f", line {trace.tb_lineno}"
+        trace = trace.tb_next
+    return line

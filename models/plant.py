@@ -3,6 +3,7 @@
 import math
 import re
 from collections.abc import Iterable, Mapping
+from contextlib import ExitStack
 from dataclasses import dataclass
 from types import TracebackType
 from typing import Any, Literal, Self
@@ -11,6 +12,7 @@ import casadi as ca
 
 from ..base import units
 from ..base.errors import DeclarationError, UnitError, listing, suggest
+from .expressions import exact_expressions, has_nan_constant
 
 Kind = Literal["input", "parameter", "state", "output"]
 Variability = Literal["continuous", "fixed", "tunable"]
@@ -86,8 +88,11 @@ class Plant:
         self._outputs: dict[str, ca.MX] = {}
         self._output_states: list[str] = []
         self._complete = False
+        self._exact = ExitStack()
 
     def __enter__(self) -> Self:
+        # Not simplified, so that the C does what is written, operation by operation.
+        self._exact.enter_context(exact_expressions())
         return self
 
     def __exit__(
@@ -96,6 +101,7 @@ class Plant:
         error: BaseException | None,
         trace: TracebackType | None,
     ) -> None:
+        self._exact.close()
         if kind is None:
             self._finish()
 
@@ -265,6 +271,8 @@ class Plant:
             raise UnitError(f"{where}: {error}") from None
         if size is not None and (not isinstance(size, int) or size < 1):
             raise DeclarationError(f"{where}: size must be a whole number from 1, not {size!r}")
+        if any(ord(c) < 32 for c in description):
+            raise DeclarationError(f"{where}: the description holds a line break or control code")
         start, low, high, nominal = (_elements(b, size, where) for b in bounds)
         _check_bounds(where, start, low, high, nominal)
         symbol = ca.MX.sym(name, size or 1)
@@ -277,7 +285,7 @@ class Plant:
         where = f"plant '{self.name}', {where}"
         try:
             value = ca.densify(ca.MX(expression))
-        except (NotImplementedError, TypeError):
+        except (NotImplementedError, TypeError, RuntimeError):
             kind = type(expression).__name__
             raise DeclarationError(f"{where}: a {kind} is not a CasADi MX expression") from None
         if value.shape[1] != 1:
@@ -316,26 +324,8 @@ class Plant:
 _KINDS: tuple[Kind, ...] = ("input", "parameter", "state", "output")
 
 
-def has_nan_constant(expression: Any) -> bool:
-    """Return whether a CasADi MX or SX expression contains a NaN constant."""
-    function = ca.Function("f", ca.symvar(expression), [expression])
-    if function.is_a("SXFunction"):
-        constants = (
-            function.instruction_constant(i)
-            for i in range(function.n_instructions())
-            if function.instruction_id(i) == ca.OP_CONST
-        )
-        return any(math.isnan(c) for c in constants)
-    for i in range(function.n_instructions()):
-        if function.instruction_id(i) == ca.OP_CONST:
-            values = function.instruction_MX(i).to_DM().nonzeros()
-            if any(math.isnan(c) for c in values):
-                return True
-    return False
-
-
 def _check_name(name: str, where: str) -> None:
-    if not _NAME.fullmatch(name):
+    if not isinstance(name, str) or not _NAME.fullmatch(name):
         raise DeclarationError(
             f"{where}: FMI's structured names are letters, digits and _ with dots between, "
             "and do not start with a digit"
@@ -348,6 +338,8 @@ def _elements(value: Number | None, size: int | None, where: str) -> tuple[float
     if value is None:
         return None
     try:
+        if isinstance(value, str):
+            raise TypeError
         numbers = [float(value)] if isinstance(value, int | float) else [float(v) for v in value]
     except (TypeError, ValueError):
         raise DeclarationError(f"{where}: {value!r} is not a number or a list of them") from None
@@ -372,6 +364,8 @@ def _check_bounds(
         raise DeclarationError(f"{where}: minimum lies above maximum")
     if nominal and any(n <= 0.0 for n in nominal):
         raise DeclarationError(f"{where}: nominal must be positive")
-    for value, a, b in zip(start or (), low or start or (), high or start or (), strict=True):
+    for i, value in enumerate(start or ()):
+        a = low[i] if low else -math.inf
+        b = high[i] if high else math.inf
         if not a <= value <= b:
             raise DeclarationError(f"{where}: start {value:g} lies outside [{a:g}, {b:g}]")

@@ -130,7 +130,7 @@ def _write_json(path: Path, content: Any) -> None:
 
 def _guids(case: "Case") -> dict[str, str]:
     from ..cosim import Fmu
-    from ..cosim.fmi2 import read_description
+    from ..cosim.fmu_file import read_description
 
     found = [block for block in case.diagram.blocks.values() if isinstance(block, Fmu)]
     return {fmu.path.name: read_description(fmu.path).guid for fmu in found}

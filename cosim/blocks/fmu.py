@@ -5,10 +5,11 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, Self
 
-from ...base.errors import ParameterError, UnitError, listing, suggest
+from ...base.errors import FmuError, ParameterError, UnitError, listing, suggest
 from ...base.units import parse
 from ..block import Block, Ports, require_positive
-from ..fmi2 import TYPES, FmuInstance, binary_of, read_description
+from ..fmu_file import binary_of, read_description, start_of, unit_of
+from ..fmu_instance import TYPES, FmuInstance
 
 
 class Fmu(Block):
@@ -29,6 +30,20 @@ class Fmu(Block):
     shares_unit = False  # a variable without a unit connects to any
 
     def __init__(self, path: str | Path, *, period: float | None = None, **values: Any) -> None:
+        self._read(path, period, values)
+
+    @classmethod
+    def with_values(
+        cls, path: str | Path, values: Mapping[str, Any], *, period: float | None = None
+    ) -> Self:
+        """Return the block with values by name: for names that are no keywords, or taken."""
+        made = cls.__new__(cls)
+        made._read(path, period, values)
+        return made
+
+    def _read(self, path: str | Path, period: float | None, values: Mapping[str, Any]) -> None:
+        if not isinstance(path, str | Path):
+            raise FmuError(f"Fmu() needs an FMU's path, not {path!r}; build(plant) returns one")
         self.path = Path(path).absolute()
         self.period = period
         if period is not None:
@@ -49,12 +64,12 @@ class Fmu(Block):
         return f"Fmu({self.path.name!r}{given})"
 
     def __reduce__(self) -> Any:
-        return _remake, (self.path, self.period, self.values)
+        return _remake, (self.path, self.values, self.period)
 
     def parameters(self) -> dict[str, Any]:
         """Return parameters (and start values that were given), each with its value."""
         declared = {
-            name: _start(v) for name, v in self._settable.items() if v.causality == "parameter"
+            name: start_of(v) for name, v in self._settable.items() if v.causality == "parameter"
         }
         return declared | self.values
 
@@ -64,7 +79,7 @@ class Fmu(Block):
         if variable is not None and variable.causality == "input" and name in self.inputs:
             raise ParameterError(f"{self.path.name}: '{name}' is an input port, not a parameter")
         values: dict[str, Any] = {**self.values, **self._checked({name: value})}
-        return type(self)(self.path, period=self.period, **values)
+        return self.with_values(self.path, values, period=self.period)
 
     def instance(self, name: str) -> FmuInstance:
         """Return a fresh instance under a block's name, with its values set."""
@@ -80,13 +95,20 @@ class Fmu(Block):
     def _checked(self, given: Mapping[str, Any]) -> dict[str, Any]:
         values: dict[str, Any] = {}
         for name, value in given.items():
-            if isinstance(value, list | tuple):
-                for i, element in enumerate(value, start=1):
-                    values[f"{name}[{i}]"] = self._value(f"{name}[{i}]", element)
-                if f"{name}[{len(value) + 1}]" in self._settable:
+            elements = value.tolist() if hasattr(value, "tolist") else value
+            if isinstance(elements, list | tuple):
+                size = sum(n.startswith(f"{name}[") for n in self._settable)
+                if size != len(elements):
                     raise ParameterError(
-                        f"{self.path.name}: {len(value)} values given for '{name}', it has more"
+                        f"{self.path.name}: {len(elements)} values given for '{name}', "
+                        f"which has {size or 'no elements'}"
                     )
+                for i, element in enumerate(elements, start=1):
+                    values[f"{name}[{i}]"] = self._value(f"{name}[{i}]", element)
+            elif f"{name}[1]" in self._settable:
+                raise ParameterError(
+                    f"{self.path.name}: '{name}' is a vector; give a list, or set {name}[1], …"
+                )
             else:
                 values[name] = self._value(name, value)
         return values
@@ -95,9 +117,9 @@ class Fmu(Block):
         where = self.path.name
         variable = self._settable.get(name)
         if variable is None:
-            known = [n for n, v in self._settable.items() if v.causality == "parameter"]
+            known = sorted(self._settable, key=lambda n: _RANK[self._settable[n].causality])
             raise ParameterError(
-                f"{where} has no parameter '{name}'; parameters: {listing(known)}"
+                f"{where} has nothing to set named '{name}'; there are: {listing(known)}"
                 f"{suggest(name, self._settable)}"
             )
         if variable.type == "String":
@@ -112,10 +134,16 @@ class Fmu(Block):
         return value
 
 
+# Parameters first in a list of what can be set, then inputs, then start values.
+_RANK = {"parameter": 0, "input": 1, "output": 2, "local": 2}
+
+
 def _check_range(where: str, variable: Any, value: float) -> None:
     low = -math.inf if variable.min is None else float(variable.min)
     high = math.inf if variable.max is None else float(variable.max)
-    if not math.isfinite(value) or not low <= value <= high:
+    if not math.isfinite(value):
+        raise ParameterError(f"{where}: {variable.name} = {value:g} is not finite")
+    if not low <= value <= high:
         unit = f" {variable.unit}" if variable.unit not in (None, "1") else ""
         raise ParameterError(
             f"{where}: {variable.name} = {value:g}{unit} lies outside [{low:g}, {high:g}]"
@@ -128,17 +156,9 @@ def _settable(v: Any) -> bool:
     )
 
 
-def _start(v: Any) -> Any:
-    if v.start is None or v.type == "String":
-        return v.start
-    if v.type == "Boolean":
-        return str(v.start).lower() in ("true", "1")
-    return float(v.start) if v.type == "Real" else int(v.start)
-
-
 def _unit(v: Any) -> str | None:
     """Return the port's unit; None where the FMU gives none, or one that we cannot read."""
-    unit = v.unit or (v.declaredType.unit if v.declaredType is not None else None)
+    unit = unit_of(v)
     try:
         parse(unit or "")
     except UnitError:
@@ -146,5 +166,5 @@ def _unit(v: Any) -> str | None:
     return unit
 
 
-def _remake(path: Path, period: float | None, values: dict[str, Any]) -> Fmu:
-    return Fmu(path, period=period, **values)
+def _remake(path: Path, values: dict[str, Any], period: float | None) -> Fmu:
+    return Fmu.with_values(path, values, period=period)

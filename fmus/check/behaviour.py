@@ -7,7 +7,8 @@ import numpy as np
 
 from ...base.errors import FmuError
 from ...cosim import Fmu
-from ...cosim.fmi2 import FmuInstance, binary_of
+from ...cosim.fmu_file import binary_of
+from ...cosim.fmu_instance import FmuInstance
 from .excitation import COARSE, Excitation
 from .report import Report
 

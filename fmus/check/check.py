@@ -6,7 +6,7 @@ import numpy as np
 
 from ...base.errors import FileError, FmuError
 from ...cosim import Fmu
-from ...cosim.fmi2 import read_description, require_co_simulation
+from ...cosim.fmu_file import read_description, require_co_simulation
 from ..simulate import default_experiment
 from ..tables import Table, read_table
 from .behaviour import check_behaviour, trajectory

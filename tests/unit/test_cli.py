@@ -110,7 +110,7 @@ def test_mistakes_with_fmus(
     for command in ("check", "simulate"):
         assert "no co-simulation interface" in fails(capsys, command, exchange)
     assert "has no binary for" in fails(capsys, "simulate", bare)
-    assert "no parameter 'gian'" in fails(capsys, "simulate", train_fmu, "--set", "gian=1")
+    assert "nothing to set named 'gian'" in fails(capsys, "simulate", train_fmu, "--set", "gian=1")
     assert "step must be a positive" in fails(capsys, "simulate", train_fmu, "--step", "-1")
     assert "no file" in fails(capsys, "simulate", train_fmu, "--input", tmp_path / "x.csv")
     assert "must end in .parquet or .csv" in fails(

@@ -25,7 +25,9 @@ def test_means_what_si_says(text: str, expected: dict[str, float]) -> None:
     assert parse(text).base_unit() == pytest.approx(expected, rel=1e-15)
 
 
-@pytest.mark.parametrize("text", ["", " m", "furlong", "m/s/s", "m//s", "degC/s", "m^2", "2"])
+@pytest.mark.parametrize(
+    "text", ["", " m", "furlong", "m/s/s", "m//s", "degC/s", "m^2", "2", "m/", "/s", "m/()"]
+)
 def test_refuses_what_is_no_unit(text: str) -> None:
     with pytest.raises(UnitError):
         parse(text)

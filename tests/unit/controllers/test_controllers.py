@@ -106,9 +106,11 @@ def test_composite_mixes_its_two_controllers() -> None:
     assert cf == 1.0
 
 
-def test_parts_must_share_the_period() -> None:
-    with pytest.raises(ParameterError, match="must have the composite's period"):
-        SoftSwitching(period=0.1)
+def test_the_composites_period_is_that_of_its_parts() -> None:
+    slow = SoftSwitching().with_parameter("period", 0.1)
+    assert slow.fuzzy.period == slow.neuron.period == 0.1
+    with pytest.raises(ParameterError, match="no parameter 'neuron.period'"):
+        slow.with_parameter("neuron.period", 0.2)
     changed = SoftSwitching().with_parameter("neuron.k0", 1.5)
     assert changed.neuron.k0 == 1.5
     with pytest.raises(ParameterError, match="did you mean 'neuron.k0'"):
@@ -120,6 +122,7 @@ def test_parts_must_share_the_period() -> None:
     [
         lambda: PID(kp=0.0, ti=1.0, td=0.0),
         lambda: PID(kp=1.0, ti=1.0, td=-1.0),
+        lambda: PID(kp=1.0, ti=1.0, td="x"),  # pyright: ignore
         lambda: PID(kp=1.0, ti=1.0, td=0.0, limits=(1.0, -1.0)),
         lambda: PID(kp=1.0, ti=1.0, td=0.0, period=0.0),
         lambda: FuzzySpeed(rate="slope"),  # pyright: ignore

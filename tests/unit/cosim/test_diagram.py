@@ -31,7 +31,7 @@ def test_connect_errors_name_both_ends_and_the_remedy(loop: Diagram) -> None:
         ("train.u", "pid.reference", DiagramError, "no output 'u'.*other way round"),
         ("train.speed", "pid.reference", DiagramError, r"train\.speed → pid\.reference.*target\.y"),
         ("train.speed", "train.u", UnitError, r"train\.speed \[m/s\] → train\.u \[1\].*differ"),
-        ("train", "train.u", DiagramError, "has no output"),
+        ("train", "train.u", DiagramError, "not spelled block.port"),
     ):
         with pytest.raises(kind, match=message):
             loop.connect(source, target)

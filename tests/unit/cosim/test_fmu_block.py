@@ -52,15 +52,17 @@ def test_parameters_start_values_and_constant_inputs(everything: Path) -> None:
 @pytest.mark.parametrize(
     ("values", "message"),
     [
-        ({"mass": 1.0}, "no parameter 'mass'; parameters: m"),
+        ({"mass": 1.0}, r"nothing to set named 'mass'; there are: m\[1\], m\[2\], c, solver"),
+        ({"m": 1.0}, r"'m' is a vector; give a list, or set m\[1\]"),
         ({"m[1]": "heavy"}, "is a Real, 'heavy' is not"),
         ({"m[1]": True}, "is a Real, True is not"),
         ({"m[1]": 0.0}, r"m\[1\] = 0 kg lies outside \[0\.1, inf\]"),
         ({"u[1]": 7.0}, r"lies outside \[-5, 5\]"),
-        ({"c": float("nan")}, "lies outside"),
-        ({"m": [1.0, 2.0, 3.0]}, r"no parameter 'm\[3\]'"),
-        ({"m": [1.0]}, "1 values given for 'm', it has more"),
-        ({"power": 1.0}, "no parameter 'power'"),
+        ({"c": float("nan")}, "is not finite"),
+        ({"m": [1.0, 2.0, 3.0]}, "3 values given for 'm', which has 2"),
+        ({"m": [1.0]}, "1 values given for 'm', which has 2"),
+        ({"c": [1.0]}, "1 values given for 'c', which has no elements"),
+        ({"power": 1.0}, "nothing to set named 'power'"),
     ],
 )
 def test_wrong_values_are_refused(everything: Path, values: dict, message: str) -> None:

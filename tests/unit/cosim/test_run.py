@@ -194,8 +194,8 @@ def broken(how: str) -> Diagram:
     [
         ("raises", r"block 'wire' failed at t = 0\.5 s: ValueError: the wire is cut", 5),
         ("nan", r"wire\.y is nan at t = 0\.5 s", 6),
-        ("text", r"block 'after' failed at t = 0\.5 s: TypeError", 5),
-        ("none", r"block 'after' failed at t = 0\.5 s: TypeError", 5),
+        ("text", r"block 'wire' at t = 0\.5 s: output 'y' is 'high', which is no number", 5),
+        ("none", r"block 'wire' at t = 0\.5 s: output 'y' is None, which is no number", 5),
     ],
 )
 def test_a_failing_block_is_named_and_the_rows_before_are_kept(

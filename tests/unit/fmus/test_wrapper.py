@@ -11,7 +11,7 @@ from fmpy import extract, read_model_description
 from fmpy.fmi1 import FMICallException
 from fmpy.fmi2 import FMU2Slave
 
-from railcosim.cosim.fmi2 import _callbacks, _logs
+from railcosim.cosim.fmu_instance import _callbacks, _logs
 from railcosim.fmus import build
 from tests import plants
 

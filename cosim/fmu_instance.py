@@ -1,9 +1,7 @@
-"""FMI 2.0 co-simulation FMUs through FMPy: reading, loading, and one running instance."""
+"""One instance of an FMI 2.0 co-simulation FMU through FMPy, from loading to freeing."""
 
 import contextlib
 import os
-import tempfile
-import zipfile
 from collections import deque
 from collections.abc import Sequence
 from ctypes import byref, c_double, c_int, c_uint, c_void_p
@@ -11,9 +9,9 @@ from functools import lru_cache
 from itertools import count
 from pathlib import Path
 from typing import Any, NoReturn
-from xml.etree import ElementTree
 
-from ..base.errors import FmuError, listing
+from ..base.errors import FmuError
+from .fmu_file import LOADING, binary_of, extracted, read_description, require_co_simulation
 
 STATUS = ("fmi2OK", "fmi2Warning", "fmi2Discard", "fmi2Error", "fmi2Fatal", "fmi2Pending")
 LOG_LINES = 20
@@ -24,77 +22,6 @@ TYPES = {
     "Enumeration": ("Integer", c_int),
     "Boolean": ("Boolean", c_int),
 }
-
-
-def read_description(path: Path) -> Any:
-    """Return FMPy's model description of an FMI 2.0 FMU; raise FmuError if it is none."""
-    if not path.exists():
-        raise FmuError(f"no file {path}")
-    stat = path.stat()
-    return _description(path, stat.st_mtime_ns, stat.st_size)
-
-
-@lru_cache(maxsize=64)
-def _description(path: Path, mtime: int, size: int) -> Any:
-    from fmpy import read_model_description
-
-    try:
-        with zipfile.ZipFile(path) as archive:
-            if "modelDescription.xml" not in archive.namelist():
-                raise FmuError(f"{path} is not an FMU: it holds no modelDescription.xml")
-            root = ElementTree.fromstring(archive.read("modelDescription.xml"))
-        version = root.get("fmiVersion")
-        if version != "2.0":
-            raise FmuError(f"{path} is an FMU of FMI {version}; needed is FMI 2.0")
-        description = read_model_description(str(path), validate=False)
-    except zipfile.BadZipFile as error:
-        raise FmuError(f"{path} is not an FMU, or is damaged: {error}") from error
-    except OSError as error:
-        raise FmuError(f"cannot read {path}: {error.strerror or error}") from error
-    except FmuError:
-        raise
-    except Exception as error:  # FMPy and lxml raise many kinds, plain Exception among them
-        words = str(error).partition("\n")[0]
-        raise FmuError(f"{path}: modelDescription.xml cannot be read: {words}") from error
-    return description
-
-
-def require_co_simulation(path: Path, description: Any) -> str:
-    """Return the model identifier; raise FmuError if the FMU is not for co-simulation."""
-    if description.coSimulation is None:
-        raise FmuError(f"{path} has no co-simulation interface (model exchange only)")
-    return description.coSimulation.modelIdentifier
-
-
-def extracted(path: Path) -> Path:
-    """Return the folder with the FMU's files: extracted once per process, removed at its end."""
-    stat = path.stat()
-    return Path(_extracted(path, stat.st_mtime_ns, stat.st_size).name)
-
-
-@lru_cache(maxsize=64)
-def _extracted(path: Path, mtime: int, size: int) -> tempfile.TemporaryDirectory[str]:
-    from fmpy import extract
-
-    folder = tempfile.TemporaryDirectory(prefix="railcosim-", ignore_cleanup_errors=True)
-    try:
-        extract(str(path), folder.name)
-    except Exception as error:  # a damaged member, an illegal path, a full disk
-        folder.cleanup()
-        raise FmuError(f"{path} cannot be unpacked: {error}") from error
-    return folder
-
-
-def binary_of(path: Path, description: Any) -> Path:
-    """Return the extracted library for this machine; raise FmuError if the FMU has none."""
-    from fmpy import platform, sharedLibraryExtension, supported_platforms
-
-    identifier = require_co_simulation(path, description)
-    library = extracted(path) / "binaries" / platform / f"{identifier}{sharedLibraryExtension}"
-    if not library.is_file():
-        has = [name for name in supported_platforms(str(path)) if name != "c-code"]
-        raise FmuError(f"{path} has no binary for {platform}; it has: {listing(has)}")
-    return library
 
 
 # One logger for all instances: FMPy's proxy, which formats the messages, remembers only one.
@@ -126,7 +53,11 @@ def _callbacks(number: int) -> Any:
     logger, allocate, free = _callbacks_parts()
     callbacks = fmi2.fmi2CallbackFunctions(logger, allocate, free)
     callbacks.componentEnvironment = number
-    fmi2.addLoggerProxy(byref(callbacks))
+    # FMPy's helper that formats messages is a binary of its own, not there on every processor;
+    # without it messages arrive as the FMU wrote them.
+    proxy = getattr(fmi2, "addLoggerProxy", None)
+    if proxy is not None:
+        proxy(byref(callbacks))
     return callbacks
 
 
@@ -137,7 +68,13 @@ class FmuInstance:
     """
 
     def __init__(
-        self, name: str, path: Path, inputs: Sequence[str], outputs: Sequence[str]
+        self,
+        name: str,
+        path: Path,
+        inputs: Sequence[str],
+        outputs: Sequence[str],
+        *,
+        guid: str | None = None,
     ) -> None:
         self.name = name
         self.path = path
@@ -147,21 +84,36 @@ class FmuInstance:
         self._log = _logs[self._number] = deque(maxlen=LOG_LINES)
         self.time = 0.0
         self._fatal = False
+        self._running = False  # between initialization and an error: fmi2Terminate is allowed
         self._in = _Group.of([self._by_name[n] for n in inputs])
         self._out = _Group.of([self._by_name[n] for n in outputs])
         self.input_slots = _slots(inputs, self._in)
         self.output_slots = _slots(outputs, self._out)
-        self._instantiate()
+        with LOADING:
+            self._load(self.description.guid if guid is None else guid)
+        callbacks = _callbacks(self._number)
+        try:
+            self.fmu.instantiate(callbacks=callbacks)
+        except Exception as error:
+            self.fmu.freeLibrary()
+            failure = self._error("fmi2Instantiate returned no instance")
+            del _logs[self._number]
+            raise failure from error
+        self.component = c_void_p(self.fmu.component)  # pyright: ignore[reportArgumentType]
+        self._prepare()
 
-    def _instantiate(self) -> None:
+    def _load(self, guid: str) -> None:
         from fmpy.fmi2 import FMU2Slave
 
         identifier = require_co_simulation(self.path, self.description)
         library = binary_of(self.path, self.description)
-        here = Path.cwd()
+        try:
+            here = Path.cwd()
+        except OSError:
+            raise FmuError("the working directory is gone; change to one that exists") from None
         try:
             self.fmu = FMU2Slave(
-                guid=self.description.guid,
+                guid=guid,
                 modelIdentifier=identifier,
                 unzipDirectory=str(extracted(self.path)),
                 libraryPath=str(library),
@@ -174,13 +126,6 @@ class FmuInstance:
         finally:
             os.chdir(here)  # FMPy changes it and, on failure, does not change it back
         self._dll = self.fmu.dll
-        try:
-            self.fmu.instantiate(callbacks=_callbacks(self._number))
-        except Exception as error:
-            self.fmu.freeLibrary()
-            raise self._error("fmi2Instantiate returned no instance") from error
-        self.component = c_void_p(self.fmu.component)  # pyright: ignore[reportArgumentType]
-        self._prepare()
 
     def _prepare(self) -> None:
         """Look every function up once: the steps then cost no more than their calls."""
@@ -239,9 +184,11 @@ class FmuInstance:
     def exit_initialization(self) -> None:
         """Leave initialization mode: the instance stands at the start time."""
         self._call("exitInitializationMode")
+        self._running = True
 
     def reset(self) -> None:
         """Bring the instance back to where it was after instantiation."""
+        self._running = False
         self._call("reset")
 
     def inputs(self, values: Sequence[float]) -> None:
@@ -255,9 +202,10 @@ class FmuInstance:
 
     def close(self) -> None:
         """Terminate and free the instance; errors in this are of no more use to anyone."""
-        if not self._fatal:
+        if self._running:
             with contextlib.suppress(Exception):
                 self.fmu.terminate()
+        if not self._fatal:
             with contextlib.suppress(Exception):
                 self.fmu.freeInstance()
         _logs.pop(self._number, None)
@@ -273,6 +221,7 @@ class FmuInstance:
             self._fail(error.function, error.status)
 
     def _fail(self, function: str, status: int, time: float | None = None) -> NoReturn:
+        self._running = False
         self._fatal = status == STATUS.index("fmi2Fatal")
         word = STATUS[status] if 0 <= status < len(STATUS) else f"status {status}"
         at = self.time if time is None else time

@@ -1,0 +1,20 @@
+"""Packages that load a name's module when the name is first asked for."""
+
+import sys
+from collections.abc import Callable, Mapping
+from importlib import import_module
+from typing import Any
+
+
+def lazy(package: str, homes: Mapping[str, str]) -> tuple[Callable[[str], Any], Callable[[], Any]]:
+    """Return a package's `__getattr__` and `__dir__`; `homes` says in which module a name lives."""
+
+    def load(name: str) -> Any:
+        if name not in homes:
+            raise AttributeError(f"module {package!r} has no attribute {name!r}")
+        value = getattr(import_module(f".{homes[name]}", package), name)
+        # Kept, so that where a module bears the name too (build, check) the name comes first.
+        setattr(sys.modules[package], name, value)
+        return value
+
+    return load, lambda: sorted(homes)
