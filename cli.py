@@ -2,9 +2,11 @@
 
 import argparse
 import ast
+import io
 import os
 import shlex
 import sys
+import textwrap
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NoReturn
@@ -24,18 +26,31 @@ class _Parser(argparse.ArgumentParser):
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run a command and return the exit code: 0 only when all went well."""
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper):
+            stream.reconfigure(errors="replace")  # a console that lacks ζ shows ?, and goes on
     try:
         options = _parser().parse_args(arguments)
-        return options.run(options) or 0
+        code = options.run(options) or 0
+        sys.stdout.flush()
+        return code
     except RailcosimError as error:
-        print(f"railcosim: {error}", file=sys.stderr)
-        return 1
+        return _complain(str(error))
     except KeyboardInterrupt:
         print("railcosim: interrupted", file=sys.stderr)
         return 130
     except BrokenPipeError:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 1
+    except OSError as error:  # a full disk, an output that is gone
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return _complain(f"{error.strerror or error}: {error.filename or 'standard output'}")
+
+
+def _complain(message: str) -> int:
+    """Print a message in one line to standard error and return exit code 1."""
+    print(f"railcosim: {' '.join(message.split())}", file=sys.stderr)
+    return 1
 
 
 def _parser() -> argparse.ArgumentParser:
@@ -113,10 +128,15 @@ def _values(pairs: Sequence[str]) -> dict[str, Any]:
         if not equals or not name:
             raise RailcosimError(f"--set {pair}: write NAME=VALUE")
         try:
-            values[name] = ast.literal_eval(text)
-        except (ValueError, SyntaxError):
+            values[name] = _tuples(ast.literal_eval(text))
+        except (ValueError, SyntaxError, TypeError, MemoryError, RecursionError):
             values[name] = text
     return values
+
+
+def _tuples(value: Any) -> Any:
+    """Return lists as the tuples that parameters are."""
+    return tuple(_tuples(item) for item in value) if isinstance(value, list | tuple) else value
 
 
 # Studies
@@ -135,31 +155,30 @@ def _run(options: Any) -> int:
     from .studies.case import run_cases, with_overrides
     from .studies.metrics import UNITS
     from .studies.registry import study_named
-    from .studies.results import prepare, write_data, write_figure, write_ledger
+    from .studies.results import prepare, write_data, write_figure, write_ledger, write_run
 
     began = perf_counter()
     study = study_named(options.study)
     overrides = _values(options.values)
     folder = Path(options.out or Path("results", study.name))
+    cases = with_overrides(study.cases(), overrides)
     prepare(folder)
-    results = run_cases(study.name, with_overrides(study.cases(), overrides), UNITS)
+    results = run_cases(study.name, cases, UNITS)
+    write_data(folder, results)
+    ledger = []
+    if not results.failure:
+        ledger = study.judge(results)
+        write_ledger(folder, ledger)
+        for name, figure in study.figures(results).items():
+            write_figure(folder, name, figure)
+    seconds = perf_counter() - began
     command = ["railcosim", "run", study.name, "--out", str(folder)]
     command += [word for pair in options.values for word in ("--set", pair)]
-    ledger = study.judge(results)
-    write_ledger(folder, ledger)
-    write_data(
-        folder,
-        results,
-        command=shlex.join(command),
-        overrides=overrides,
-        seconds=perf_counter() - began,
-    )
+    write_run(folder, results, command=shlex.join(command), overrides=overrides, seconds=seconds)
     if results.failure:
         raise RailcosimError(f"{results.failure}; the runs up to there are in {folder}")
-    for name, figure in study.figures(results).items():
-        write_figure(folder, name, figure)
     _print_summary(results, ledger)
-    print(f"\n{len(results.runs)} runs, {perf_counter() - began:.1f} s; results in {folder}")
+    print(f"\n{len(results.runs)} runs, {seconds:.1f} s; results in {folder}")
     return 0
 
 
@@ -178,7 +197,9 @@ def _print_summary(results: "Results", ledger: list[Any]) -> None:
             print(f"  {controller:{width}}{cells}")
     print("\nThe paper's claims")
     for entry in ledger:
-        print(f"  {entry.claim}\n      {entry.verdict}\n      ({entry.measured})")
+        print(f"  {entry.claim}")
+        for text in (entry.verdict, f"({entry.measured})"):
+            print(textwrap.fill(text, 100, initial_indent=" " * 6, subsequent_indent=" " * 6))
 
 
 def _cell(value: float | None) -> str:

@@ -16,6 +16,7 @@ class PID(Block):
     is limited (anti-windup). D is kp td de/dt through a first-order filter with time constant
     `filter_time` (s; default td/10), backward Euler. At the first sample e(−1) = e(0), so that a
     step in the reference at the start gives no derivative kick, unless `kick` sets e(−1) = 0.
+    ti = inf leaves out the integral, td = 0 the derivative.
     """
 
     kp: float
@@ -30,7 +31,10 @@ class PID(Block):
     outputs = {"u": "1"}
 
     def __post_init__(self) -> None:
-        require_positive(self, "kp", "ti", "period")
+        require_positive(self, "kp", "period")
+        if not is_symbol(self.ti):
+            good = isinstance(self.ti, int | float) and self.ti > 0.0
+            require(self, good, f"ti must be a time in s, or inf for no integral, not {self.ti!r}")
         for name in ("td", "filter_time"):
             value = getattr(self, name)
             if value is not None and not is_symbol(value):

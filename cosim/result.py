@@ -5,7 +5,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -26,6 +26,16 @@ class SimulationError(RailcosimError):
         self.run = run
 
 
+def check_target(path: str | Path) -> Path:
+    """Return the path of a result to be; raise FileError if it cannot be written there."""
+    path = Path(path)
+    if path.suffix not in (".parquet", ".csv"):
+        raise FileError(f"cannot save to {path}: the name must end in .parquet or .csv")
+    if not path.parent.is_dir():
+        raise FileError(f"cannot write {path}: no folder {path.parent}")
+    return path
+
+
 @dataclass(frozen=True)
 class Run:
     """Recorded signals: `time` (s), one column of `values` for each of `columns`."""
@@ -36,7 +46,7 @@ class Run:
     columns: tuple[str, ...]
     units: Mapping[str, str]
     failure: str | None = None
-    info: Mapping[str, Any] = field(default_factory=dict)
+    wall_time: float = field(default=0.0, compare=False)  # s; not saved
 
     def __repr__(self) -> str:
         rows = f"{len(self.time)} rows of {len(self.columns)} signals"
@@ -65,9 +75,7 @@ class Run:
         In CSV the first line holds the names and numbers are written so that they read back to
         the same bits; the units do not go in.
         """
-        path = Path(path)
-        if path.suffix not in (".parquet", ".csv"):
-            raise FileError(f"cannot save to {path}: the name must end in .parquet or .csv")
+        path = check_target(path)
         try:
             if path.suffix == ".csv":
                 self.frame.to_csv(path)
@@ -85,7 +93,6 @@ class Run:
             "name": self.name,
             "units": dict(self.units),
             "failure": self.failure,
-            "info": dict(self.info),
         }
         arrays = {"time": self.time} | {c: self[c] for c in self.columns}
         fields = [
@@ -102,10 +109,12 @@ class Run:
         import pyarrow.parquet as pq
 
         path = Path(path)
+        if not path.is_file():
+            raise FileError(f"no file {path}")
         try:
             table = pq.read_table(path)
         except (OSError, pa.ArrowInvalid) as error:
-            raise FileError(f"cannot read {path}: {error}") from error
+            raise FileError(f"cannot read {path} as Parquet: {error}") from error
         meta = json.loads((table.schema.metadata or {}).get(_META, b"null"))
         if meta is None:
             raise FileError(f"{path} was not written by railcosim")
@@ -119,7 +128,6 @@ class Run:
             columns,
             meta["units"],
             meta["failure"],
-            meta["info"],
         )
 
     def scope(self, *ports: str) -> "Figure":

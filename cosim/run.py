@@ -3,7 +3,7 @@
 import math
 import struct
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from time import perf_counter
 from typing import Any
 
@@ -141,7 +141,7 @@ class _Loop:
                 spent = perf_counter() - before
                 size = max(64, min(4 * size, int(count * _CHUNK_SECONDS / max(spent, 1e-6))))
         self._last_row(values)
-        return self._result(None, {"wall_time": perf_counter() - began})
+        return replace(self._result(None), wall_time=perf_counter() - began)
 
     def _chunk(self, end: int, values: list[Any]) -> list[Any]:
         rows = bytearray((end - self.done) * self.layout.size)
@@ -191,12 +191,12 @@ class _Loop:
         what = what or _failed(place.node if place else None, self.plan.clock.time(tick), error)
         raise SimulationError(what, self._result(what)) from error
 
-    def _result(self, failure: str | None, info: dict[str, Any] | None = None) -> Run:
+    def _result(self, failure: str | None) -> Run:
         clock, columns = self.plan.clock, tuple(self.plan.signals[i] for i in self.kept)
         values = np.concatenate(self.chunks) if self.chunks else np.empty((0, len(columns)))
         time = np.array(clock.times(len(values)))
         units = {c: self.plan.units[c] for c in columns if c in self.plan.units}
-        return Run(self.plan.name, time, values, columns, units, failure, info or {})
+        return Run(self.plan.name, time, values, columns, units, failure)
 
 
 @dataclass(frozen=True)
@@ -243,6 +243,8 @@ def _failed(name: str | None, time: float, error: Exception) -> str:
         return str(error)
     block = f"block '{name}'" if name else "the diagram"
     words = str(error) or type(error).__name__
+    if "unpack" in words:
+        words += "; step() returns (outputs, next state), several outputs as a tuple"
     return f"{block} failed at t = {time:.9g} s: {type(error).__name__}: {words}"
 
 

@@ -4,7 +4,7 @@ import zipfile
 from collections.abc import Sequence
 from pathlib import Path
 
-from ..cosim.fmu_file import read_description
+from ..cosim.fmu_file import read_description, unit_of
 
 _CAPABILITIES = (
     "canHandleVariableCommunicationStepSize",
@@ -44,8 +44,16 @@ def describe(path: Path) -> str:
     heads = ("variable", "causality", "variability", "unit", "start", "min", "max", "description")
     rows: list[tuple[str, ...]] = [heads]
     for v in d.modelVariables:
-        unit = v.unit or (v.declaredType.unit if v.declaredType is not None else None)
-        cells = (v.name, v.causality, v.variability, unit, v.start, v.min, v.max, v.description)
+        cells = (
+            v.name,
+            v.causality,
+            v.variability,
+            unit_of(v),
+            v.start,
+            v.min,
+            v.max,
+            v.description,
+        )
         rows.append(tuple("" if cell is None else str(cell) for cell in cells))
     return "\n".join([*lines, "", *table(rows)])
 

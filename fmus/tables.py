@@ -44,7 +44,10 @@ def read_table(path: str | Path, known: Iterable[str], what: str) -> Table:
     path = Path(path)
     heads, cells = _cells(path)
     if not heads or heads[0] != "time":
-        raise FileError(f"{path}: the first column must be 'time' (s), then variables by name")
+        raise FileError(
+            f"{path}: the first column must be 'time' (s), not '{heads[0] if heads else ''}'; "
+            "columns are separated by commas"
+        )
     known = list(known)
     for name in heads[1:]:
         if name not in known:
@@ -67,14 +70,20 @@ def _cells(path: Path) -> tuple[list[str], Any]:
     import pandas as pd
 
     try:
-        table = pd.read_csv(path, skipinitialspace=True, header=None, dtype=str)
+        table = pd.read_csv(
+            path, skipinitialspace=True, header=None, dtype=str, keep_default_na=False
+        )
     except FileNotFoundError:
         raise FileError(f"no file {path}") from None
     except pd.errors.EmptyDataError:
         raise FileError(f"{path} is empty") from None
-    except (OSError, ValueError) as error:  # pandas' parser errors are ValueErrors
-        words = str(error).partition("\n")[0]
-        raise FileError(f"cannot read {path} as CSV: {words}") from error
+    except OSError as error:
+        raise FileError(f"cannot read {path}: {error.strerror or error}") from error
+    except pd.errors.ParserError as error:
+        words = str(error).strip().rpartition("error: ")[2]
+        raise FileError(f"{path}: the rows differ in their number of cells: {words}") from error
+    except ValueError as error:
+        raise FileError(f"{path} is no text file with commas: {error}") from error
     cells = table.to_numpy(dtype=object)
     return [str(cell).strip().strip('"') for cell in cells[0]], cells[1:]
 
@@ -87,7 +96,7 @@ def _numbers(path: Path, name: str, cells: Any) -> np.ndarray:
         except ValueError:
             numbers[i] = np.nan
         if not np.isfinite(numbers[i]):
-            shown = "an empty cell" if cell != cell else f"'{cell}'"  # noqa: PLR0124
+            shown = f"'{cell}'" if cell else "an empty cell"
             raise FileError(
                 f"{path}, line {i + 2}, column '{name}': {shown} is not a finite number"
             )

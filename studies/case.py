@@ -4,16 +4,20 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
-from ..base.errors import RailcosimError
+from ..base.errors import DiagramError, ParameterError, RailcosimError, listing, suggest
 from ..cosim import Diagram, Run, SimulationError
+from .metrics import Metrics
 from .results import Results
-
-Metrics = dict[str, float | None]
 
 
 @dataclass(frozen=True)
 class Case:
-    """A diagram to run to `stop` (s) and what to measure on the run."""
+    """A diagram to run to `stop` (s) and what to measure on the run.
+
+    What makes the experiment what it is stays so under overrides: the parameters in `own` keep
+    their values, and those in `factors` are multiplied after any override ("gain +20 %" of what
+    the gain then is). Both are spelled "block.parameter".
+    """
 
     experiment: str
     controller: str
@@ -21,6 +25,8 @@ class Case:
     stop: float
     measure: Callable[[Run], Metrics]
     record: tuple[str, ...] | None = None
+    own: tuple[str, ...] = ()
+    factors: Mapping[str, float] = field(default_factory=dict)
     seeds: Mapping[str, int] = field(default_factory=dict)
 
     @property
@@ -32,31 +38,64 @@ class Case:
 def with_overrides(cases: Sequence[Case], overrides: Mapping[str, Any]) -> list[Case]:
     """Return the cases with "block.parameter" values set wherever that parameter exists.
 
-    An override that fits no case at all, or whose value is refused, raises that error.
+    Parameters that an experiment itself sets stay as they are there. An override that fits no
+    case at all, or whose value is refused, raises that error.
     """
     changed = list(cases)
     for spelling, value in overrides.items():
-        refusal: RailcosimError | None = None
-        fits = 0
-        for i, case in enumerate(changed):
-            block, _, parameter = spelling.partition(".")
-            known = case.diagram.blocks.get(block)
-            if known is not None and parameter in known.parameters():
-                diagram = case.diagram.with_values({spelling: value})
-                changed[i] = replace(case, diagram=diagram)
-                fits += 1
-            elif refusal is None:
-                try:
-                    case.diagram.with_values({spelling: value})
-                except RailcosimError as error:
-                    refusal = error
-        if not fits and refusal is not None:
-            raise refusal
-    return changed
+        fitting = [i for i, case in enumerate(changed) if _has(case, spelling)]
+        if not fitting:
+            raise _refusal(changed, spelling)
+        for i in fitting:
+            case = changed[i]
+            if spelling not in case.own:
+                changed[i] = replace(case, diagram=case.diagram.with_values({spelling: value}))
+    return [_perturbed(case) for case in changed]
+
+
+def _has(case: Case, spelling: str) -> bool:
+    block, _, parameter = spelling.partition(".")
+    known = case.diagram.blocks.get(block)
+    return known is not None and parameter in known.parameters()
+
+
+def _refusal(cases: Sequence[Case], spelling: str) -> RailcosimError:
+    """Return the error for an override that fits nowhere, with all that the cases have."""
+    block, dot, parameter = spelling.partition(".")
+    if not dot:
+        return ParameterError(f"--set {spelling}: not spelled block.parameter")
+    known: dict[str, None] = {}
+    blocks: dict[str, None] = {}
+    for case in cases:
+        for name, found in case.diagram.blocks.items():
+            blocks[name] = None
+            if name == block:
+                known |= dict.fromkeys(found.parameters())
+    if block not in blocks:
+        return DiagramError(
+            f"no block '{block}' in the study; blocks: {listing(blocks)}{suggest(block, blocks)}"
+        )
+    return ParameterError(
+        f"no '{block}' of the study has a parameter '{parameter}'; there are: "
+        f"{listing(known, 40)}{suggest(parameter, known)}"
+    )
+
+
+def _perturbed(case: Case) -> Case:
+    """Return the case with its factors applied."""
+    diagram = case.diagram
+    for spelling, factor in case.factors.items():
+        block, _, parameter = spelling.partition(".")
+        value = diagram.blocks[block].parameters()[parameter]
+        diagram = diagram.with_values({spelling: value * factor})
+    return replace(case, diagram=diagram, factors={})
 
 
 def run_cases(study: str, cases: Sequence[Case], units: Mapping[str, str]) -> Results:
-    """Run every case in turn; a case that fails ends the runs, and the results say so."""
+    """Run every case in turn; a case that fails ends the runs, and the results say so.
+
+    The cases come from `with_overrides`, which applies their factors.
+    """
     from tqdm import tqdm
 
     results = Results(study, dict(units))

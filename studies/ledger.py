@@ -33,9 +33,12 @@ def verdict(conditions: Mapping[str, bool | None]) -> str:
     return f"holds if {' or '.join(good)}" if good else "does not hold"
 
 
-def less(a: float | None, b: float | None) -> bool | None:
-    """Return a < b, or None if either was not measured."""
-    return None if a is None or b is None else a < b
+def less(a: float | None, b: float | None, *, margin: float = 0.0) -> bool | None:
+    """Return whether a < (1 − margin) · b, or None if either was not measured.
+
+    Two times that never came (infinity) are not less than each other.
+    """
+    return None if a is None or b is None else a < (1.0 - margin) * b
 
 
 def every(*results: bool | None) -> bool | None:
@@ -45,7 +48,7 @@ def every(*results: bool | None) -> bool | None:
 
 def number(value: float | None, unit: str, digits: int = 2) -> str:
     """Return a measured value for a sentence; "never" for a time that did not come."""
-    return "none" if value is None else f"{value:.{digits}f} {unit}".rstrip()
+    return "never" if value is None else f"{value:.{digits}f} {unit}".rstrip()
 
 
 def row(

@@ -1,9 +1,11 @@
-"""Metrics of a response. The definitions stand in docs/metrics.md as well."""
+"""Metrics of a response. The definitions stand in docs/results.md as well."""
 
 import numpy as np
 
 BAND = 0.02  # of the step: settled
 FINAL = 5.0  # s at the end: the steady-state error's mean, and the least stay in the band
+
+Metrics = dict[str, float | None]
 
 UNITS = {
     "rise_time": "s",
@@ -44,22 +46,28 @@ def _inside_from(time: np.ndarray, error: np.ndarray, band: float) -> float | No
     return float(time[i] + (a - band) / (a - b) * (time[i + 1] - time[i]))
 
 
-def step_response(time: np.ndarray, signal: np.ndarray, target: float) -> dict[str, float | None]:
-    """Return the metrics of a step from 0 to `target` at the first time (s).
+def step_response(time: np.ndarray, signal: np.ndarray, reference: np.ndarray) -> Metrics:
+    """Return the metrics of the reference's step from 0, counted from the time it happens (s).
 
-    rise_time: from 10 to 90 % of the target; settling_time: from when on the error stays within
+    rise_time: from 10 to 90 % of the step; settling_time: from when on the error stays within
     2 % of it, for the last 5 s at least; overshoot: highest value above it, in percent;
-    steady_state_error: mean of target − signal over the last 5 s, in percent; iae, itae:
-    integrals of |e| and t·|e|.
+    steady_state_error: mean of the error over the last 5 s, in percent; iae, itae: integrals of
+    |e| and t·|e|. Without a step, or with one that does not stay, all are None.
     """
-    error = target - signal
-    t = time - time[0]
-    low, high = (_crossing(t, signal / target, level) for level in (0.1, 0.9))
+    target = float(reference[-1])
+    apart = np.nonzero(reference != target)[0]
+    first = int(apart[-1]) + 1 if len(apart) else 0
+    if target == 0.0 or first == len(time) or np.any(reference[:first] != 0.0):
+        names = ("rise_time", "settling_time", "overshoot", "steady_state_error", "iae", "itae")
+        return dict.fromkeys(names)
+    t, y = time[first:] - time[first], signal[first:]
+    error = target - y
+    low, high = (_crossing(t, y / target, level) for level in (0.1, 0.9))
     final = t >= t[-1] - FINAL
     return {
         "rise_time": None if low is None or high is None else high - low,
         "settling_time": _inside_from(t, error, BAND * abs(target)),
-        "overshoot": max(0.0, 100.0 * float(np.max(signal / target) - 1.0)),
+        "overshoot": max(0.0, 100.0 * float(np.max(y / target) - 1.0)),
         "steady_state_error": 100.0 * float(np.mean(error[final])) / target,
         "iae": float(np.trapezoid(np.abs(error), t)),
         "itae": float(np.trapezoid(t * np.abs(error), t)),
@@ -67,28 +75,31 @@ def step_response(time: np.ndarray, signal: np.ndarray, target: float) -> dict[s
 
 
 def disturbance_response(
-    time: np.ndarray, signal: np.ndarray, target: float, start: float, end: float
-) -> dict[str, float | None]:
-    """Return the metrics of a disturbance between two times (s) at a steady target.
+    time: np.ndarray, signal: np.ndarray, reference: np.ndarray, disturbance: np.ndarray
+) -> Metrics:
+    """Return the metrics of a disturbance, where it is not 0, at the reference's last value.
 
-    dip: how far the signal falls below the target after `start`, in percent; rebound: how far it
-    rises above it after `end`; recovery_time: from `end` until the error stays within 2 %;
-    iae: integral of |e| from `start` on.
+    dip: how far the signal falls below that target from the disturbance's start on, in percent;
+    rebound: how far it rises above it after the end; recovery_time: from the end until the error
+    stays within 2 %; iae: integral of |e| from the start on. Without a disturbance that ends, or
+    with a target of 0, all are None.
     """
-    hit, gone = time >= start, time >= end
+    target = float(reference[-1])
+    there = np.nonzero(disturbance != 0.0)[0]
+    if target == 0.0 or len(there) == 0 or there[-1] == len(time) - 1:
+        return dict.fromkeys(("dip", "rebound", "recovery_time", "iae"))
+    start, end = int(there[0]), int(there[-1]) + 1
     error = target - signal
-    inside = _inside_from(time[gone], error[gone], BAND * abs(target))
+    inside = _inside_from(time[end:], error[end:], BAND * abs(target))
     return {
-        "dip": 100.0 * float(np.max(error[hit])) / target,
-        "rebound": max(0.0, -100.0 * float(np.min(error[gone])) / target),
-        "recovery_time": None if inside is None else max(0.0, inside - end),
-        "iae": float(np.trapezoid(np.abs(error[hit]), time[hit])),
+        "dip": 100.0 * float(np.max(error[start:] / target)),
+        "rebound": max(0.0, -100.0 * float(np.min(error[end:] / target))),
+        "recovery_time": None if inside is None else inside - float(time[end]),
+        "iae": float(np.trapezoid(np.abs(error[start:]), time[start:])),
     }
 
 
-def tracking(
-    time: np.ndarray, signal: np.ndarray, reference: np.ndarray
-) -> dict[str, float | None]:
+def tracking(time: np.ndarray, signal: np.ndarray, reference: np.ndarray) -> Metrics:
     """Return rms_error and max_error of the error, and its iae, over a whole profile."""
     error = reference - signal
     return {

@@ -46,7 +46,8 @@ def panels(
 
 def label(axis: "Axes", x: str, y: str) -> None:
     """Name both axes, units included."""
-    axis.set_xlabel(x)
+    if axis.get_subplotspec() is None or axis.get_subplotspec().is_last_row():  # pyright: ignore
+        axis.set_xlabel(x)
     axis.set_ylabel(y)
 
 

@@ -54,23 +54,27 @@ class Results:
         """Return a metric; None where it was not measured or has no value."""
         return self.metrics.get(experiment, {}).get(controller, {}).get(metric)
 
-    def swapped(self, a: str, b: str) -> "Results":
-        """Return the results with two controllers' names exchanged, to test a judgement."""
-        name = {a: b, b: a}
-        return Results(
-            self.study,
-            self.units,
-            {e: {name.get(c, c): m for c, m in row.items()} for e, row in self.metrics.items()},
-            {(e, name.get(c, c)): run for (e, c), run in self.runs.items()},
-            self.parameters,
-        )
+    def time(self, experiment: str, controller: str, metric: str) -> float | None:
+        """Return a time; infinity where it never came, None where it was not measured."""
+        row = self.metrics.get(experiment, {}).get(controller, {})
+        if metric not in row:
+            return None
+        value = row[metric]
+        return float("inf") if value is None else value
 
 
 def prepare(folder: Path) -> None:
-    """Make the results folder; raise FileError now rather than after the work."""
+    """Make the results folder and clear it of an earlier run's results.
+
+    Only files that a study writes are removed. Raise FileError now rather than after the work.
+    """
     try:
-        for part in ("traces", "figures"):
+        for part, kinds in (("traces", ("*.parquet",)), ("figures", ("*.svg", "*.png"))):
             (folder / part).mkdir(parents=True, exist_ok=True)
+            for old in (path for kind in kinds for path in (folder / part).glob(kind)):
+                old.unlink()
+        for name in ("metrics.json", "ledger.json", "run.json"):
+            (folder / name).unlink(missing_ok=True)
         probe = folder / ".writable"
         probe.touch()
         probe.unlink()
@@ -78,13 +82,17 @@ def prepare(folder: Path) -> None:
         raise FileError(f"cannot write to {folder}: {error.strerror or error}") from error
 
 
-def write_data(
-    folder: Path, results: Results, *, command: str, overrides: Mapping[str, Any], seconds: float
-) -> None:
-    """Write metrics.json, traces/ and run.json."""
+def write_data(folder: Path, results: Results) -> None:
+    """Write metrics.json and traces/."""
     for (experiment, controller), run in results.runs.items():
         run.save(folder / "traces" / f"{experiment}-{controller}.parquet")
     _write_json(folder / "metrics.json", {"units": results.units, "experiments": results.metrics})
+
+
+def write_run(
+    folder: Path, results: Results, *, command: str, overrides: Mapping[str, Any], seconds: float
+) -> None:
+    """Write run.json: what was run, with what, and how to run it again."""
     about = {
         "study": results.study,
         "command": command,
@@ -92,6 +100,9 @@ def write_data(
         "failure": results.failure,
         "finished": datetime.now(UTC).isoformat(timespec="seconds"),
         "seconds": round(seconds, 2),
+        "run_seconds": {
+            f"{e}-{c}": round(run.wall_time, 4) for (e, c), run in results.runs.items()
+        },
         "python": sys.version.split()[0],
         "platform": platform.platform(),
         "packages": {name: version(name) for name in PACKAGES},
@@ -139,7 +150,9 @@ def _guids(case: "Case") -> dict[str, str]:
 def _plain(value: Any) -> Any:
     """Return a value as JSON can hold it: rule bases as their fields, functions by name."""
     if is_dataclass(value) and not isinstance(value, type):
-        return {key: _plain(item) for key, item in asdict(value).items()}
+        value = asdict(value)
+    if isinstance(value, Mapping):
+        return {str(key): _plain(item) for key, item in value.items()}
     if isinstance(value, list | tuple):
         return [_plain(item) for item in value]
     if callable(value):

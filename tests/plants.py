@@ -54,3 +54,39 @@ def pendulum() -> Plant:
         plant.der(rate, -9.81 * ca.sin(angle))
         plant.output("height", 1.0 - ca.cos(angle), unit="m")
     return plant
+
+
+def tunable() -> Plant:
+    """x' = −k x with a bounded tunable k."""
+    with Plant("tunable") as plant:
+        k = plant.parameter("k", 1.0, unit="1/s", minimum=0.5, tunable=True)
+        x = plant.state("x", unit="1", start=1.0, output=True)
+        plant.der(x, -k * x)
+    return plant
+
+
+def switching() -> Plant:
+    """Constant pieces, whose derivative is zero although they are not linear."""
+    with Plant("switching") as plant:
+        u = plant.input("u", unit="1", minimum=-5.0, maximum=5.0)
+        x = plant.state("x", unit="1", start=1.0, output=True)
+        plant.der(x, ca.sign(u))
+    return plant
+
+
+def resting() -> Plant:
+    """A signal that is zero but for rounding."""
+    with Plant("resting") as plant:
+        x = plant.state("x", unit="1", start=0.1, output=True)
+        plant.der(x, 0.3 - x * 3.0)
+        plant.output("zero", x - 0.1, unit="1")
+    return plant
+
+
+def undefined() -> Plant:
+    """An output that is NaN at the start."""
+    with Plant("undefined") as plant:
+        x = plant.state("x", unit="1")
+        plant.der(x, 1.0)
+        plant.output("y", ca.log(x - 1.0), unit="1")
+    return plant

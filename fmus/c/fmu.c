@@ -140,7 +140,7 @@ fmi2Status fmi2SetDebugLogging(fmi2Component component, fmi2Boolean on, size_t n
         const char *name = categories ? categories[i] : NULL;
         if (!name || (strcmp(name, "logAll") && strcmp(name, "logStatusWarning") &&
                       strcmp(name, "logStatusError")))
-            FAIL("fmi2SetDebugLogging: unknown log category '%s'", name ? name : "NULL");
+            FAIL("fmi2SetDebugLogging: unknown log category"); /* not echoed: loggers may format */
     }
     m->log_everything = on;
     return fmi2OK;
@@ -261,6 +261,13 @@ fmi2Status fmi2SetReal(fmi2Component component, const fmi2ValueReference vr[], s
         if (kind[vr[i]] == COMPUTED) FAIL("fmi2SetReal: %s is computed", variable_name[vr[i]]);
         if (kind[vr[i]] == SET_BEFORE_RUN && m->now.stage == STEPPING)
             FAIL("fmi2SetReal: %s can only be set before the run", variable_name[vr[i]]);
+    }
+    for (i = 0; i < n; i++) {
+        fmi2ValueReference v = vr[i];
+        int parameter = v >= FIRST_PARAMETER && v < FIRST_OUTPUT;
+        if (parameter && m->now.stage == STEPPING && !(value[i] >= minimum[v] && value[i] <= maximum[v]))
+            FAIL("fmi2SetReal: parameter %s = %.17g lies outside [%.17g, %.17g]", variable_name[v],
+                 value[i], minimum[v], maximum[v]);
     }
     for (i = 0; i < n; i++) m->now.value[vr[i]] = value[i];
     m->now.stale = 1;

@@ -7,7 +7,7 @@ import numpy as np
 from ...base.errors import FileError, FmuError
 from ...cosim import Fmu
 from ...cosim.fmu_file import read_description, require_co_simulation
-from ..simulate import default_experiment
+from ..simulate import span
 from ..tables import Table, read_table
 from .behaviour import check_behaviour, trajectory
 from .excitation import Excitation, from_table, grid, seeded
@@ -55,7 +55,9 @@ def check(
     table = None if reference is None else read_reference(reference, block)
     if table is not None and stop is None:
         stop = float(table.times[-1])
-    times = grid(*default_experiment(path, step, stop))
+        if stop <= 0.0:
+            raise FileError(f"{reference} ends at {stop:g} s; nothing can be compared")
+    times = grid(span(path, step, stop))
     if inputs is not None:
         applied, name = read_table(inputs, block.inputs, "input"), Path(inputs).name
         excitation = from_table(applied, name, block, description, times)
@@ -84,9 +86,8 @@ def _against_equations(
         report.add("reference", [str(error)], "")
         return
     found = trajectory(block, excitation)
-    last, count = excitation.times[-1], len(excitation.times) - 1
     report.reference = (
-        f"the FMU's own equations by {method}; {excitation.text}; {count} steps to {last:g} s"
+        f"the FMU's own equations by {method}; {excitation.text}; {excitation.span_text}"
     )
     report.comparisons = compare(
         list(block.outputs),
@@ -114,7 +115,11 @@ def _against_file(
     found = trajectory(block, excitation)
     outputs = [name for name in table.columns if name in block.outputs]
     expected = table.sample(outputs, excitation.times[inside])
-    report.reference = f"{file.name} from {first:g} to {last:g} s; {excitation.text}"
+    compared = excitation.times[inside]
+    report.reference = (
+        f"{file.name} at {len(compared)} points from {compared[0]:g} to {compared[-1]:g} s; "
+        f"{excitation.text}"
+    )
     report.comparisons = compare(
         list(block.outputs),
         {name: unit or "" for name, unit in block.outputs.items()},

@@ -8,6 +8,8 @@ import numpy as np
 
 from ...cosim import Fmu
 from ...cosim.clock import Clock, rational
+from ...cosim.fmu_file import start_of
+from ..simulate import Span
 from ..tables import Table
 
 SEED = 1
@@ -22,15 +24,19 @@ class Excitation:
     inputs: Mapping[str, np.ndarray]
     text: str
 
+    @property
+    def span_text(self) -> str:
+        """How many steps to which time."""
+        return f"{len(self.times) - 1} steps to {self.times[-1]:g} s"
+
     def row(self, k: int, names: list[str]) -> list[float]:
         """Return the inputs held from point k on."""
         return [float(self.inputs[name][k]) for name in names]
 
 
-def grid(step: float, stop: float) -> np.ndarray:
-    """Return communication points from 0: whole coarse steps, at least one, up to about `stop`."""
-    count = max(1, round(stop / step / COARSE)) * COARSE
-    return np.array(Clock(rational(step)).times(count + 1))
+def grid(times: Span) -> np.ndarray:
+    """Return the communication points from start to stop."""
+    return np.array(Clock(rational(times.step), rational(times.start)).times(times.count + 1))
 
 
 def from_table(
@@ -65,8 +71,7 @@ def _inputs(block: Fmu, description: Any) -> list[Any]:
 
 
 def _start(variable: Any) -> float:
-    text = str(variable.start).lower()
-    return float(text == "true") if text in ("true", "false") else float(variable.start or 0.0)
+    return float(start_of(variable) or 0.0)
 
 
 def _bounds(variable: Any) -> tuple[float, float]:

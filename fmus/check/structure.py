@@ -7,6 +7,8 @@ from collections import defaultdict
 from pathlib import Path, PurePosixPath
 from typing import Any
 
+from ...base.errors import FmuError
+from ...cosim.fmu_file import start_of, unit_of
 from ..build import DESCRIPTION, EQUATIONS, VARIABLES, guid_of
 from ..code import GUID_MARK
 from .report import Report
@@ -63,27 +65,29 @@ def _references(description: Any) -> list[str]:
     problems = []
     for (_, reference), members in groups.items():
         names = " and ".join(v.name for v in members)
-        starts = {_plain(v) for v in members if v.start is not None}
+        shared = f"{names} share value reference {reference}"
+        try:
+            starts = {start_of(v) for v in members if v.start is not None}
+        except FmuError as error:
+            problems.append(str(error))
+            continue
         if len(starts) > 1:
-            problems.append(f"{names} share value reference {reference} but start differently")
+            problems.append(f"{shared} but start differently")
         settable = [v for v in members if v.causality in ("input", "parameter")]
         if len(settable) > 1:
-            problems.append(f"{names} share value reference {reference}, and more than one is set")
-        if len({v.unit for v in members if v.unit}) > 1:
-            problems.append(f"{names} share value reference {reference} but not the unit")
+            problems.append(f"{shared}, and more than one is set")
+        if len({unit_of(v) for v in members}) > 1:
+            problems.append(f"{shared} but not the unit")
+        if len({v.variability for v in members}) > 1:
+            problems.append(f"{shared} but not the variability")
     return problems
-
-
-def _plain(variable: Any) -> Any:
-    return float(variable.start) if variable.type == "Real" else variable.start
 
 
 def _units(description: Any) -> list[str]:
     defined = {unit.name for unit in description.unitDefinitions}
     problems = []
     for variable in description.modelVariables:
-        declared = variable.declaredType
-        unit = variable.unit or (declared.unit if declared is not None else None)
+        unit = unit_of(variable)
         if unit is not None and unit not in defined:
             problems.append(f"unit '{unit}' of {variable.name} is not defined")
     return problems

@@ -15,10 +15,14 @@ JUDGES = (
     claims_robustness.pulse,
     claims_robustness.gain,
     claims_robustness.frequency,
+    claims_robustness.perturbed_static_error,
+    claims_robustness.perturbed_rise,
     claims_robustness.perturbed_overshoot,
     claims_profile.tracking,
     claims_profile.first_seconds,
+    claims_profile.later_traction,
     claims_profile.cruise,
+    claims_profile.cruise_static_error,
     claims_step.as_printed,
 )
 

@@ -25,17 +25,29 @@ LINE_UP: dict[str, Block] = {
 }
 
 # The paper gives no sampling period: the equations as printed, at several.
-LITERAL_PERIODS = {"10ms": 0.01, "50ms": 0.05, "100ms": 0.1, "1s": 1.0}
+LITERAL_PERIODS = {"10 ms": 0.01, "50 ms": 0.05, "100 ms": 0.1, "1 s": 1.0}
 
-# On the step only: what the choices of the line-up change.
+
+def literal_name(text: str) -> str:
+    """Return the name of the literal composite at a period; 50 ms is the one of the line-up."""
+    return "composite_literal" + ("" if text == "50 ms" else f"_{text.replace(' ', '')}")
+
+
+# On the step only: what the choices of the line-up change. With `kick` e(−1) is 0 and not e(0).
 VARIANTS: dict[str, Block] = {
+    "pid_zn_kick": replace(PID_ZN, kick=True),
     "pid_simc_kick": replace(PID_SIMC, kick=True),
+    "fuzzy_kick": FuzzySpeed(kick=True),
+    "neuron_kick": SingleNeuron(kick=True),
+    "composite_kick": SoftSwitching(
+        fuzzy=FuzzySpeed(kick=True), neuron=SingleNeuron(kick=True), kick=True
+    ),
     "fuzzy_sampled": FuzzySpeed(rules=replace(SPEED_RULES, defuzzify="sampled")),
     "fuzzy_literal": FuzzySpeed.literal(),
     "neuron_literal": SingleNeuron.literal(),
     **{
-        f"composite_literal_{name}": SoftSwitching.literal(period=period)
-        for name, period in LITERAL_PERIODS.items()
-        if name != "50ms"  # that one is in the line-up
+        literal_name(text): SoftSwitching.literal(period=period)
+        for text, period in LITERAL_PERIODS.items()
+        if literal_name(text) not in LINE_UP
     },
 }

@@ -4,8 +4,8 @@ from typing import TYPE_CHECKING, Any
 
 from ..plots import label, legend, panels, present, style
 from ..results import Results
-from .controllers import LITERAL_PERIODS
-from .experiments import DELAYS, delay_name
+from .controllers import LITERAL_PERIODS, literal_name
+from .experiments import DELAYS, PULSE_WIDTH, PULSES, delay_name
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -82,15 +82,15 @@ def _weights(results: Results) -> "Figure":
 
 def _pulses(results: Results) -> "Figure":
     figure, axes = panels("Fig. 6: pulse of −0.2 at the plant's input, 15 s long", 2, sharex=False)
-    for axis, experiment, at in zip(axes, ("pulse", "pulse_late"), (20.0, 60.0), strict=True):
-        axis.axvspan(at, at + 15.0, color="#000000", alpha=0.07, label="pulse")
+    for axis, (experiment, at) in zip(axes, PULSES.items(), strict=True):
+        axis.axvspan(at, at + PULSE_WIDTH, color="#000000", alpha=0.07, label="pulse")
         _reference(axis, results, experiment)
         _curves(axis, results, experiment)
         axis.set_title(f"pulse at {at:g} s", fontsize=10)
         axis.set_xlim(at - 5.0, at + 50.0)
         axis.set_ylim(0.9, 1.1)
         label(axis, TIME, SPEED)
-    legend(axes[0], columns=2, where="upper right")
+    legend(axes[1], columns=2, where="lower right")
     return figure
 
 
@@ -113,20 +113,21 @@ def _profile(results: Results, title: str, start: float, end: float) -> "Figure"
     _reference(top, results, "profile")
     _curves(top, results, "profile")
     there = [c for e, c in results.runs if e == "profile"]
-    lowest, highest, error = 0.0, 1.0, 0.1
+    lowest, highest, above, below = 0.0, 1.0, 0.1, -0.1
     for name in present(SHOWN, there):
         run = results.runs["profile", name]
         inside = (run.time >= start) & (run.time <= end)
         gap = run["reference.y"] - run["train.speed"]
         bottom.plot(run.time, gap, **style(name))
-        error = max(error, float(abs(gap[inside]).max()))
+        above = max(above, 1.1 * float(gap[inside].max()))
+        below = min(below, 1.1 * float(gap[inside].min()))
         speeds = run["train.speed"][inside]
         lowest = float(speeds.min()) if name == there[0] else min(lowest, float(speeds.min()))
         highest = max(highest, float(speeds.max()))
     margin = 0.05 * (highest - lowest)
     top.set_xlim(start, end)
     top.set_ylim(lowest - margin, highest + margin)
-    bottom.set_ylim(-1.05 * error, 1.05 * error)
+    bottom.set_ylim(below, above)
     label(top, TIME, SPEED)
     label(bottom, TIME, "reference − speed / (m/s)")
     legend(top, columns=2, where="lower right" if start or end < 100.0 else "lower center")
@@ -141,8 +142,7 @@ def _literal(results: Results) -> "Figure":
     )
     for axis, text in zip(axes, LITERAL_PERIODS, strict=True):
         _reference(axis, results, "step")
-        name = "composite_literal" if text == "50ms" else f"composite_literal_{text}"
-        run = results.runs.get(("step", name))
+        run = results.runs.get(("step", literal_name(text)))
         if run is not None:
             line: dict[str, Any] = style("composite_literal") | {
                 "label": f"composite, literal, {text}"
@@ -179,5 +179,6 @@ def _delay(results: Results) -> "Figure":
     axes[1].set_title("a missing point: not settled within 60 s", fontsize=9)
     axes[2].set_xlabel("delay / s")
     axes[2].set_ylim(0.0, 30.0)
+    axes[2].set_title("cut at 30 m", fontsize=9)
     legend(axes[0], columns=2, where="upper left")
     return figure

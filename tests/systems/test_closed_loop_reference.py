@@ -8,7 +8,13 @@ import numpy as np
 import pytest
 
 from railcosim import Run
-from railcosim.studies.soft_switching.controllers import LINE_UP, LITERAL_PERIODS, VARIANTS
+from railcosim.studies.case import with_overrides
+from railcosim.studies.soft_switching.controllers import (
+    LINE_UP,
+    LITERAL_PERIODS,
+    VARIANTS,
+    literal_name,
+)
 from railcosim.studies.soft_switching.experiments import EXPERIMENTS
 from tests.systems import reference_loop as ref
 
@@ -29,8 +35,9 @@ REFERENCES: dict[str, Callable[[], Any]] = {
 
 
 def ours(experiment: str, controller: str, fmu: Path) -> Run:
-    setting = EXPERIMENT[experiment]
-    return setting.diagram(CONTROLLERS[controller], fmu).run(setting.stop)
+    case = EXPERIMENT[experiment].case(controller, CONTROLLERS[controller], fmu)
+    (case,) = with_overrides([case], {})
+    return case.diagram.run(case.stop)
 
 
 def largest_error(run: Run, t: np.ndarray, y: np.ndarray, u: np.ndarray) -> float:
@@ -82,8 +89,7 @@ def test_line_profile(train_fmu: Path, name: str) -> None:
 # limit) that falls differently by a rounding error sends them apart. Where that begins, the
 # reference tells by itself: started 1e-12 m/s away it stays within 1e-9 up to there.
 
-LITERAL = {f"composite_literal_{text}": period for text, period in LITERAL_PERIODS.items()}
-LITERAL["composite_literal"] = LITERAL.pop("composite_literal_50ms")
+LITERAL = {literal_name(text): period for text, period in LITERAL_PERIODS.items()}
 SINGLE: dict[str, Callable[[], Any]] = {
     "fuzzy_literal": lambda: ref.Fuzzy(True),
     "neuron_literal": lambda: ref.Neuron(True),

@@ -81,6 +81,7 @@ def test_mistakes_with_studies(tmp_path: Path, capsys: pytest.CaptureFixture[str
     base = ("run", "soft-switching", "--out", tmp_path / "r", "--set")
     assert "no block 'trian'" in fails(capsys, *base, "trian.gain=1")
     assert "did you mean 'gain'" in fails(capsys, *base, "train.gian=1")
+    assert "instance of Mamdani" in fails(capsys, *base, "controller.rules=3")
     assert "is a Real, 'high' is not" in fails(capsys, *base, "train.gain=high")
     assert "outside [0.001, inf]" in fails(capsys, *base, "train.natural_frequency=0")
     assert "valid number" in fails(capsys, *base, "controller.kp='a'")
@@ -113,12 +114,14 @@ def test_mistakes_with_fmus(
     assert "nothing to set named 'gian'" in fails(capsys, "simulate", train_fmu, "--set", "gian=1")
     assert "step must be a positive" in fails(capsys, "simulate", train_fmu, "--step", "-1")
     assert "no file" in fails(capsys, "simulate", train_fmu, "--input", tmp_path / "x.csv")
+    assert "nothing to set named 'path'" in fails(capsys, "simulate", train_fmu, "--set", "path=1")
+    assert "nothing to set named 'period'" in fails(
+        capsys, "simulate", train_fmu, "--set", "period=1"
+    )
     assert "must end in .parquet or .csv" in fails(
         capsys, "simulate", train_fmu, "--out", tmp_path / "x.txt"
     )
-    assert "cannot write" in fails(
-        capsys, "simulate", train_fmu, "--out", tmp_path / "no" / "x.csv"
-    )
+    assert "no folder" in fails(capsys, "simulate", train_fmu, "--out", tmp_path / "no" / "x.csv")
 
 
 def test_mistakes_with_models(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -129,7 +132,11 @@ def test_mistakes_with_models(tmp_path: Path, capsys: pytest.CaptureFixture[str]
     assert "no folder" in fails(capsys, *base, tmp_path / "no" / "t.fmu")
     broken = tmp_path / "broken.py"
     broken.write_text("def f(:\n")
-    assert "SyntaxError" in fails(capsys, "export", f"{broken}:f")
+    assert "line 1: SyntaxError" in fails(capsys, "export", f"{broken}:f")
+    broken.write_text("import sys\n\ndef f():\n    sys.exit(3)\n")
+    assert "line 4: SystemExit" in fails(capsys, "export", f"{broken}:f")
+    broken.write_text("def f():\n    raise ValueError('two\\nlines')\n")
+    assert "line 2: ValueError: two lines" in fails(capsys, "export", f"{broken}:f")
 
 
 def test_mistakes_in_usage(capsys: pytest.CaptureFixture[str]) -> None:
@@ -166,6 +173,32 @@ def test_as_a_process(tmp_path: Path) -> None:
         [sys.executable, "-m", "railcosim.cli", "--version"], capture_output=True, text=True
     )
     assert (done.returncode, done.stdout[:10]) == (0, "railcosim ")
+
+
+@pytest.mark.parametrize("encoding", ["cp1252", "ascii"])
+def test_a_console_that_lacks_letters_goes_on(encoding: str) -> None:
+    done = subprocess.run(
+        [sys.executable, "-m", "railcosim.cli", "models"],
+        env=os.environ | {"PYTHONIOENCODING": encoding},
+        capture_output=True,
+    )
+    assert done.returncode == 0
+    assert b"damping_ratio" in done.stdout
+    assert done.stderr == b""
+
+
+def test_a_full_disk_is_named() -> None:
+    if not Path("/dev/full").exists():
+        pytest.skip("needs /dev/full")
+    with Path("/dev/full").open("w") as full:
+        done = subprocess.run(
+            [sys.executable, "-m", "railcosim.cli", "models"],
+            stdout=full,
+            stderr=subprocess.PIPE,
+            text=True,
+        )
+    assert done.returncode == 1
+    assert done.stderr == "railcosim: No space left on device: standard output\n"
 
 
 def test_help_is_light() -> None:

@@ -2,6 +2,7 @@
 
 import io
 import sys
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -21,7 +22,7 @@ from railcosim import (
     Step,
     Sum,
 )
-from railcosim.base.errors import AlgebraicLoopError
+from railcosim.base.errors import AlgebraicLoopError, DiagramError, ParameterError
 from railcosim.fmus import build
 from tests import plants
 
@@ -207,6 +208,88 @@ def test_a_failing_block_is_named_and_the_rows_before_are_kept(
     assert len(run.time) == rows
     assert run["ramp.y"].tolist() == pytest.approx([k / 10 for k in range(rows)])
     assert run.failure == str(caught.value)
+
+
+@dataclass(frozen=True, slots=True)
+class Start(Block):
+    """A block whose start() fails."""
+
+    outputs = {"y": "1"}
+    feedthrough = False
+
+    def start(self) -> Any:
+        raise ZeroDivisionError("no")
+
+    def output(self, x: Any) -> float:
+        return 0.0
+
+
+def test_protocol_mistakes_are_named() -> None:
+    diagram = Diagram("wrong", step=0.1)
+    diagram.add("a", Start())
+    with pytest.raises(DiagramError, match=r"block 'a': start\(\) failed: ZeroDivisionError"):
+        diagram.run(1.0)
+    for period in (0.0, -0.1, "0.1"):
+        with pytest.raises(ParameterError, match="period must be a positive"):
+            Diagram("x", step=0.1).add("c", Counter(period=period))  # type: ignore[arg-type]  # pyright: ignore
+
+    class Empty(Block):
+        inputs = {"u": "1"}
+        outputs = {"y": "1"}
+
+    class Listed(Block):
+        inputs = ["u"]  # type: ignore[assignment]  # pyright: ignore
+
+    with pytest.raises(DiagramError, match=r"Empty must define step\(\)"):
+        diagram.add("e", Empty())
+    with pytest.raises(DiagramError, match="inputs must map port names"):
+        diagram.add("l", Listed())
+    for stop in ("1.0", None, float("inf")):
+        with pytest.raises(DiagramError, match="stop must be a time in s"):
+            diagram.run(stop)  # type: ignore[arg-type]  # pyright: ignore
+
+
+def test_the_wrong_number_of_outputs_is_explained() -> None:
+    class Alone(Block):
+        inputs = {"u": "1"}
+        outputs = {"y": "1"}
+
+        def step(self, x: Any, u: float) -> Any:
+            return u
+
+    diagram = Diagram("alone", step=0.1)
+    diagram.add("one", Constant(1.0))
+    diagram.add("alone", Alone())
+    diagram.connect("one.y", "alone.u")
+    with pytest.raises(SimulationError, match=r"block 'alone'.*returns \(outputs, next state\)"):
+        diagram.run(1.0)
+
+
+def test_an_output_that_is_not_finite_at_the_start_is_named() -> None:
+    diagram = Diagram("nan", step=0.1)
+    diagram.add("plant", Fmu(build(plants.undefined())))
+    with pytest.raises(SimulationError, match=r"plant\.y is nan at the start"):
+        diagram.run(1.0)
+
+
+def test_a_slow_fmu_may_step_past_the_stop_it_was_told() -> None:
+    """The stop time given to it is that of its own last hit."""
+    diagram = Diagram("slow", step=0.1)
+    diagram.add("plant", Fmu(build(plants.integrator()), period=0.5, u=1.0))
+    assert diagram.run(1.2)["plant.x"][-1] == pytest.approx(1.0)
+
+
+def test_threads_run_one_fmu_at_once(tmp_path: Path) -> None:
+    path = tmp_path / "fresh.fmu"
+    path.write_bytes(build(plants.integrator()).read_bytes())
+
+    def once(number: int) -> bytes:
+        diagram = Diagram(f"thread{number}", step=0.1)
+        diagram.add("plant", Fmu(path, u=1.0))
+        return diagram.run(5.0, progress=False).values.tobytes()
+
+    with ThreadPoolExecutor(8) as pool:
+        assert len(set(pool.map(once, range(32)))) == 1
 
 
 def test_the_blocks_own_traceback_is_below(train_fmu: Path) -> None:

@@ -14,7 +14,7 @@ from fmpy.validation import validate_fmu
 
 from railcosim import Diagram, Fmu
 from railcosim.base.compilers import TARGETS, system_compiler
-from railcosim.base.errors import BuildError, FileError, ParameterError
+from railcosim.base.errors import BuildError, FileError, FmuError, ParameterError
 from railcosim.fmus import build, export
 from railcosim.fmus.macho import universal_library
 from railcosim.models import second_order_train
@@ -46,6 +46,19 @@ def test_the_cache_is_keyed_by_content(
     assert path.read_bytes() == train_fmu.read_bytes()  # built elsewhere: the same bytes
     assert build(second_order_train(), inner_step=0.001) != path
     assert build(plants.integrator()) != build(plants.integrator(start=2.0))
+
+
+def test_the_compilers_arguments_are_part_of_the_key(monkeypatch: pytest.MonkeyPatch) -> None:
+    if system_compiler() is None:
+        pytest.skip("no system C compiler to give arguments to")
+    paths = set()
+    for command in ("cc", "cc -O0"):
+        monkeypatch.setenv("CC", command)
+        system_compiler.cache_clear()
+        paths.add(build(second_order_train()))
+    monkeypatch.undo()
+    system_compiler.cache_clear()
+    assert len(paths) == 2
 
 
 def _build(folder: str) -> bytes:
@@ -147,6 +160,12 @@ def test_the_sources_inside_compile_on_their_own(train_fmu: Path, tmp_path: Path
 
 def test_export_mistakes(tmp_path: Path) -> None:
     plant = second_order_train()
+    with pytest.raises(ParameterError, match="built from a Plant"):
+        build(second_order_train)  # type: ignore[arg-type]  # pyright: ignore
+    with pytest.raises(ParameterError, match="no platform given"):
+        export(plant, tmp_path / "t.fmu", platforms=[])
+    with pytest.raises(FmuError, match=r"build\(plant\) returns one"):
+        Fmu(plant)  # type: ignore[arg-type]  # pyright: ignore
     with pytest.raises(ParameterError, match="no platform 'linux'; .*did you mean 'linux64'"):
         export(plant, tmp_path / "t.fmu", platforms=["linux"])
     with pytest.raises(FileError, match="no folder"):

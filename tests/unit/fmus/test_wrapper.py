@@ -113,6 +113,19 @@ def test_a_parameter_out_of_bounds_is_refused_at_initialization(slave: FMU2Named
     slave.initialize()
 
 
+def test_a_tunable_parameter_out_of_bounds_is_refused_between_steps(tmp_path: Path) -> None:
+    slave = FMU2Named(build(plants.tunable()), tmp_path)
+    slave.initialize()
+    slave.fails(lambda: slave.set("k", -1.0), "parameter k = -1 lies outside [0.5")
+    slave.set("k", 2.0)
+    slave.doStep(0.0, 0.1)
+    slave.freeInstance()
+
+
+def test_an_unknown_log_category_is_not_echoed(slave: FMU2Named) -> None:
+    slave.fails(lambda: slave.setDebugLogging(True, ["%s%n"]), "unknown log category")
+
+
 def test_a_state_that_is_not_finite_is_an_error_and_reset_helps(tmp_path: Path) -> None:
     slave = FMU2Named(build(plants.blow_up()), tmp_path)
     slave.initialize()

@@ -37,7 +37,9 @@ def declare(statement: Declare) -> Plant:
         (lambda p: p.output("y", p.time * math.nan, unit="s"), "holds a NaN"),
         (lambda p: p.output("y", "text", unit="s"), "not a CasADi MX expression"),
         (lambda p: p.output("y", ca.MX.eye(2), unit="s"), "not a column vector"),
-        (lambda p: p.parameter("m", 1.0, unit="kg", minimum=2.0), "outside"),
+        (lambda p: p.parameter("m", 1.0, unit="kg", minimum=2.0), r"outside \[2, inf\]"),
+        (lambda p: p.parameter("m", "1", unit="kg"), "not a number"),
+        (lambda p: p.input("f", unit="N", description="two\nlines"), "line break"),
         (lambda p: p.parameter("m", 1.0, unit="kg", minimum=2.0, maximum=1.0), "above maximum"),
         (lambda p: p.parameter("m", math.nan, unit="kg"), "finite"),
         (lambda p: p.parameter("m", "heavy", unit="kg"), "not a number"),
@@ -85,6 +87,16 @@ def test_vectors() -> None:
     assert mass.element_names == ("mass[1]", "mass[2]", "mass[3]")
     assert mass.start == (2.0, 2.0, 2.0)
     assert mass.variability == "tunable"
+
+
+def test_expressions_are_kept_as_written() -> None:
+    """Not simplified: the C does what the equations say, operation by operation."""
+    with Plant("written") as plant:
+        u = plant.input("u", unit="1")
+        plant.output("y", (u / 3.0) * 3.0 + 0.0 * u, unit="1")
+    assert str(plant.outputs["y"]) != "u"
+    y = ca.MX.sym("y")
+    assert str(y + 0) == "y"  # outside, CasADi simplifies as ever
 
 
 def test_a_vector_state_needs_as_many_equations() -> None:

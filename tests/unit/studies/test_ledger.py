@@ -1,3 +1,5 @@
+import math
+
 from railcosim.studies.ledger import every, less, number, verdict
 
 
@@ -13,10 +15,12 @@ def test_comparisons_pass_on_what_is_unknown() -> None:
     assert less(1.0, 2.0) is True
     assert less(2.0, 2.0) is False
     assert less(None, 2.0) is None
+    assert less(0.97, 1.0, margin=0.05) is False
+    assert less(math.inf, math.inf) is False
     assert every(True, False) is False
     assert every(True, None) is None
 
 
 def test_numbers_in_sentences() -> None:
     assert number(1.234, "s") == "1.23 s"
-    assert number(None, "s") == "none"
+    assert number(None, "s") == "never"
