@@ -8,7 +8,7 @@ from ..block import Block, require_positive
 
 @dataclass(frozen=True, slots=True)
 class Hold(Block):
-    """y(t) = u at the last multiple of `period` (s): sample and hold."""
+    """y(t) = u at the last sample hit: every `period` s from the run's start."""
 
     period: float
 
