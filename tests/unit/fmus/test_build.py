@@ -61,6 +61,14 @@ def test_the_compilers_arguments_are_part_of_the_key(monkeypatch: pytest.MonkeyP
     assert len(paths) == 2
 
 
+@pytest.mark.parametrize("platform", ["linux64", "darwin64"])
+def test_an_export_is_the_same_bytes_again(tmp_path: Path, platform: str) -> None:
+    one, two = (
+        export(second_order_train(), tmp_path / f"{i}.fmu", platforms=[platform]) for i in (1, 2)
+    )
+    assert one.read_bytes() == two.read_bytes()
+
+
 def _build(folder: str) -> bytes:
     os.environ["RAILCOSIM_CACHE"] = folder
     return build(second_order_train()).read_bytes()
