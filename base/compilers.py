@@ -16,7 +16,14 @@ from .cache import cache_folder
 from .errors import BuildError, listing
 
 # Bit identity between compilers and machines: no contraction to fused multiply-add, no fast-math.
-FLAGS = ("-O2", "-g0", "-std=c99", "-ffp-contract=off", "-fvisibility=hidden", "-Wall")
+FLAGS = ("-O2", "-g0", "-std=c99", "-ffp-contract=off", "-fvisibility=hidden", "-Wall", "-shared")
+# By kind of library, NAME standing for its name. Without -g0, -s and the install name zig writes
+# the folder of the build into it; with them the same source gives the same bytes.
+KIND_FLAGS = {
+    ".so": ("-fPIC", "-s", "-lm"),
+    ".dylib": ("-fPIC", "-Wl,-install_name,@rpath/NAME", "-lm"),
+    ".dll": ("-s",),
+}
 
 # FMI 2.0 platform -> zig targets. Always explicit: without one zig compiles for this very CPU.
 # glibc 2.17 loads on every Linux since 2013. darwin64 is one library with two slices.
@@ -38,15 +45,8 @@ class Compiler:
 
     def shared_library(self, source: Path, library: Path) -> None:
         """Compile one C file to a shared library; raise BuildError with the compiler's words."""
-        # Without these zig writes the folder of the build into the library: -g0, the install name,
-        # and -s. So the same source gives the same bytes.
-        special = {
-            ".so": ("-fPIC", "-s", "-lm"),
-            ".dylib": ("-fPIC", f"-Wl,-install_name,@rpath/{library.name}", "-lm"),
-            ".dll": ("-s",),
-        }
-        arguments = [*self.command, *FLAGS, "-shared", str(source), "-o", str(library)]
-        arguments += special[library.suffix]
+        arguments = [*self.command, *FLAGS, str(source), "-o", str(library)]
+        arguments += [flag.replace("NAME", library.name) for flag in KIND_FLAGS[library.suffix]]
         try:
             done = subprocess.run(
                 arguments,

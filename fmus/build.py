@@ -14,6 +14,7 @@ from pathlib import Path
 from ..base.cache import cache_folder, write_atomically
 from ..base.compilers import (
     FLAGS,
+    KIND_FLAGS,
     SUFFIXES,
     TARGETS,
     Compiler,
@@ -47,7 +48,7 @@ def build(plant: Plant, *, inner_step: float = 0.002, compiler: str = "auto") ->
     contents = _contents(plant, inner_step)
     chosen = native_compiler(compiler)
     key = hashlib.sha256(_digest(contents))
-    key.update(repr((chosen.identity, FLAGS, machine())).encode())
+    key.update(repr((chosen.identity, FLAGS, KIND_FLAGS, machine())).encode())
     folder = cache_folder("fmus", key.hexdigest()[:32])
     path = folder / f"{plant.name}.fmu"
     if not path.exists():
