@@ -5,7 +5,8 @@ from dataclasses import dataclass
 
 import casadi as ca
 
-from ..models.plant import Plant, Variable
+from ..models.plant import Plant
+from ..models.variable import Variable
 
 INNER_STEP = "solver.inner_step"
 

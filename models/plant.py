@@ -1,58 +1,25 @@
 """`Plant`: variables with units and equations in CasADi, checked as they are declared."""
 
-import math
-import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from contextlib import ExitStack
-from dataclasses import dataclass
 from types import TracebackType
-from typing import Any, Literal, Self
+from typing import Any, Self
 
 import casadi as ca
 
 from ..base import units
 from ..base.errors import DeclarationError, UnitError, listing, suggest
 from .expressions import exact_expressions, has_nan_constant
-
-Kind = Literal["input", "parameter", "state", "output"]
-Variability = Literal["continuous", "fixed", "tunable"]
-Number = float | Iterable[float]
-
-# FMI's structured naming convention, without array indices (size makes those) and quoted names.
-_NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_]*(\.[A-Za-z_][A-Za-z0-9_]*)*")
-RESERVED = "solver."
-
-
-@dataclass(frozen=True)
-class Variable:
-    """A declared variable: `size` None means a scalar, a number a vector of that length.
-
-    `start`, `minimum`, `maximum` and `nominal` hold one number for each element (or are None).
-    """
-
-    name: str
-    kind: Kind
-    unit: str
-    description: str
-    size: int | None
-    start: tuple[float, ...] | None
-    minimum: tuple[float, ...] | None
-    maximum: tuple[float, ...] | None
-    nominal: tuple[float, ...] | None
-    variability: Variability
-    symbol: ca.MX
-
-    @property
-    def length(self) -> int:
-        """Number of elements."""
-        return 1 if self.size is None else self.size
-
-    @property
-    def element_names(self) -> tuple[str, ...]:
-        """Scalar names: "speed", or "force[1]", "force[2]", …"""
-        if self.size is None:
-            return (self.name,)
-        return tuple(f"{self.name}[{i + 1}]" for i in range(self.size))
+from .variable import (
+    KINDS,
+    Kind,
+    Number,
+    Variability,
+    Variable,
+    check_bounds,
+    check_name,
+    elements,
+)
 
 
 class Plant:
@@ -72,7 +39,7 @@ class Plant:
     def __init__(
         self, name: str, *, description: str = "", stop: float = 10.0, step: float = 0.05
     ) -> None:
-        _check_name(name, f"plant '{name}'")
+        check_name(name, f"plant '{name}'")
         if "." in name:
             raise DeclarationError(f"plant '{name}': a plant's name has no dots (it names C code)")
         for value, what in ((stop, "stop"), (step, "step")):
@@ -106,7 +73,7 @@ class Plant:
             self._finish()
 
     def __repr__(self) -> str:
-        counts = ", ".join(f"{len(self.variables(kind))} {kind}s" for kind in _KINDS)
+        counts = ", ".join(f"{len(self.variables(kind))} {kind}s" for kind in KINDS)
         return f"Plant({self.name!r}: {counts})"
 
     # Declaring
@@ -261,7 +228,7 @@ class Plant:
     ) -> ca.MX:
         where = f"plant '{self.name}', {kind} '{name}'"
         self._open(name)
-        _check_name(name, where)
+        check_name(name, where)
         if name in self._variables or name == "time":
             other = self._variables[name].kind if name in self._variables else "the independent"
             raise DeclarationError(f"{where}: the name is taken ({other} variable)")
@@ -273,8 +240,8 @@ class Plant:
             raise DeclarationError(f"{where}: size must be a whole number from 1, not {size!r}")
         if any(ord(c) < 32 for c in description):
             raise DeclarationError(f"{where}: the description holds a line break or control code")
-        start, low, high, nominal = (_elements(b, size, where) for b in bounds)
-        _check_bounds(where, start, low, high, nominal)
+        start, low, high, nominal = (elements(b, size, where) for b in bounds)
+        check_bounds(where, start, low, high, nominal)
         symbol = ca.MX.sym(name, size or 1)
         self._variables[name] = Variable(
             name, kind, unit, description, size, start, low, high, nominal, variability, symbol
@@ -319,53 +286,3 @@ class Plant:
                 f"plant '{self.name}' has no output; use state(…, output=True) or output(…)"
             )
         self._complete = True
-
-
-_KINDS: tuple[Kind, ...] = ("input", "parameter", "state", "output")
-
-
-def _check_name(name: str, where: str) -> None:
-    if not isinstance(name, str) or not _NAME.fullmatch(name):
-        raise DeclarationError(
-            f"{where}: FMI's structured names are letters, digits and _ with dots between, "
-            "and do not start with a digit"
-        )
-    if f"{name}.".startswith(RESERVED):
-        raise DeclarationError(f"{where}: names that begin with '{RESERVED}' are the solver's")
-
-
-def _elements(value: Number | None, size: int | None, where: str) -> tuple[float, ...] | None:
-    if value is None:
-        return None
-    try:
-        if isinstance(value, str):
-            raise TypeError
-        numbers = [float(value)] if isinstance(value, int | float) else [float(v) for v in value]
-    except (TypeError, ValueError):
-        raise DeclarationError(f"{where}: {value!r} is not a number or a list of them") from None
-    if len(numbers) == 1 and size is not None:
-        numbers *= size
-    if len(numbers) != (size or 1):
-        raise DeclarationError(f"{where}: {len(numbers)} values given for {size or 1} elements")
-    return tuple(numbers)
-
-
-def _check_bounds(
-    where: str,
-    start: tuple[float, ...] | None,
-    low: tuple[float, ...] | None,
-    high: tuple[float, ...] | None,
-    nominal: tuple[float, ...] | None,
-) -> None:
-    for numbers in (start, low, high, nominal):
-        if numbers and not all(math.isfinite(n) for n in numbers):
-            raise DeclarationError(f"{where}: values and bounds must be finite")
-    if low and high and any(a > b for a, b in zip(low, high, strict=True)):
-        raise DeclarationError(f"{where}: minimum lies above maximum")
-    if nominal and any(n <= 0.0 for n in nominal):
-        raise DeclarationError(f"{where}: nominal must be positive")
-    for i, value in enumerate(start or ()):
-        a = low[i] if low else -math.inf
-        b = high[i] if high else math.inf
-        if not a <= value <= b:
-            raise DeclarationError(f"{where}: start {value:g} lies outside [{a:g}, {b:g}]")
