@@ -162,15 +162,17 @@ def _run(options: Any) -> int:
     overrides = _values(options.values)
     folder = Path(options.out or Path("results", study.name))
     cases = with_overrides(study.cases(), overrides)
+    for case in cases:
+        case.diagram.plan()  # a period that does not fit is refused before anything is cleared
     prepare(folder)
     results = run_cases(study.name, cases, UNITS)
     write_data(folder, results)
     ledger = []
     if not results.failure:
         ledger = study.judge(results)
-        write_ledger(folder, ledger)
+        write_ledger(folder, results, ledger)
         for name, figure in study.figures(results).items():
-            write_figure(folder, name, figure)
+            write_figure(folder, results, name, figure)
     seconds = perf_counter() - began
     command = ["railcosim", "run", study.name, "--out", str(folder)]
     command += [word for pair in options.values for word in ("--set", pair)]

@@ -7,13 +7,15 @@ from typing import Any
 
 
 def lazy(package: str, homes: Mapping[str, str]) -> tuple[Callable[[str], Any], Callable[[], Any]]:
-    """Return a package's `__getattr__` and `__dir__`; `homes` says in which module a name lives."""
+    """Return a package's `__getattr__` and `__dir__`; `homes` says in which module a name lives.
+
+    No module of the package may bear such a name: once imported it would hide it.
+    """
 
     def load(name: str) -> Any:
         if name not in homes:
             raise AttributeError(f"module {package!r} has no attribute {name!r}")
         value = getattr(import_module(f".{homes[name]}", package), name)
-        # Kept, so that where a module bears the name too (build, check) the name comes first.
         setattr(sys.modules[package], name, value)
         return value
 

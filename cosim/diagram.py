@@ -1,5 +1,6 @@
 """The diagram: blocks by name, connected by `block.port`."""
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
@@ -138,17 +139,19 @@ class Diagram:
             copy.connect(str(source), str(target))
         return copy
 
-    def plan(self, *, start: float = 0.0) -> "Plan":
+    def plan(self, *, start: float | Fraction = 0.0) -> "Plan":
         """Return the schedule; raise DiagramError for an open input or an algebraic loop."""
+        if not isinstance(start, int | float | Fraction) or not math.isfinite(start):
+            raise DiagramError(f"start must be a time in s, not {start!r}")
         from .plan import make_plan
 
         return make_plan(self, start)
 
     def run(
         self,
-        stop: float,
+        stop: float | Fraction,
         *,
-        start: float = 0.0,
+        start: float | Fraction = 0.0,
         record: Sequence[str] | None = None,
         progress: bool = True,
     ) -> "Run":

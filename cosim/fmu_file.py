@@ -115,3 +115,18 @@ def start_of(variable: Any) -> Any:
         raise FmuError(
             f"the start value '{start}' of {variable.name} is no {variable.type}"
         ) from None
+
+
+def number_of(holder: Any, attribute: str, default: float | None = None) -> float | None:
+    """Return a numeric attribute such as min or stopTime, or the default where there is none.
+
+    Raise FmuError if it is no number.
+    """
+    text = getattr(holder, attribute, None)
+    if text is None:
+        return default
+    try:
+        return float(text)
+    except ValueError:
+        name = getattr(holder, "name", "the default experiment")
+        raise FmuError(f"{attribute} of {name} is '{text}', which is no number") from None

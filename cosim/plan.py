@@ -1,6 +1,7 @@
 """The schedule of a diagram: order of blocks, periods in ticks, and which signal drives what."""
 
 from dataclasses import dataclass
+from fractions import Fraction
 from graphlib import CycleError, TopologicalSorter
 
 from ..base.errors import AlgebraicLoopError, DiagramError, listing
@@ -33,7 +34,7 @@ class Plan:
     units: dict[str, str]
 
 
-def make_plan(diagram: Diagram, start: float) -> Plan:
+def make_plan(diagram: Diagram, start: float | Fraction) -> Plan:
     """Return the plan; raise DiagramError for an open input, AlgebraicLoopError for a loop."""
     clock = Clock(diagram.step, rational(start))
     blocks, connections = diagram.blocks, diagram.connections

@@ -4,6 +4,7 @@ import math
 import struct
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from fractions import Fraction
 from time import perf_counter
 from typing import Any
 
@@ -11,6 +12,7 @@ import numpy as np
 
 from ..base.errors import AlgebraicLoopError, DiagramError, RailcosimError, listing, suggest
 from .blocks.fmu import Fmu
+from .clock import rational
 from .fmu_instance import FmuInstance
 from .generate import Program, generate
 from .plan import Plan
@@ -20,15 +22,20 @@ _CHUNK_SECONDS = 0.1  # between two looks at the clock, the progress bar and the
 
 
 def run(
-    plan: Plan, stop: float, *, record: Sequence[str] | None = None, progress: bool = True
+    plan: Plan,
+    stop: float | Fraction,
+    *,
+    record: Sequence[str] | None = None,
+    progress: bool = True,
 ) -> Run:
     """Run a plan to `stop` (s); see Diagram.run."""
-    if not isinstance(stop, int | float) or not math.isfinite(stop):
+    if not isinstance(stop, int | float | Fraction) or not math.isfinite(stop):
         raise DiagramError(f"stop must be a time in s, not {stop!r}")
-    if not stop > float(plan.clock.start):
+    if not rational(stop) > plan.clock.start:
         start = float(plan.clock.start)
-        raise DiagramError(f"stop = {stop:g} s must lie after start = {start:g} s")
-    ticks = plan.clock.ticks(stop, "stop") - plan.clock.ticks(plan.clock.start, "start")
+        raise DiagramError(f"stop = {float(stop):g} s must lie after start = {start:g} s")
+    what = "stop − start" if plan.clock.start else "stop"
+    ticks = plan.clock.ticks(rational(stop) - plan.clock.start, what)
     kept = _signals(plan, record)
     instances: dict[str, FmuInstance] = {}
     try:
@@ -81,6 +88,9 @@ def _initialize(
             place = _where(program, error)
             what = _failed(place.node if place else None, start, error)
             raise SimulationError(what, _empty(plan, what)) from error
+        what = _no_number(plan, {f"y{i}": signal for i, signal in enumerate(signals)}, 0)
+        if what is not None:
+            raise SimulationError(what, _empty(plan, what))
         for name, instance in instances.items():
             instance.inputs([signals[i] for i in nodes[name].inputs])
             instance.put()
@@ -187,7 +197,7 @@ class _Loop:
             complete += 1  # the failing tick's row had been recorded
         if complete and self.kept:
             self._keep(rows[: complete * self.layout.size], self.done + complete)
-        what = _no_number(self.plan, place) if place is not None else None
+        what = _no_number(self.plan, place.values, tick) if place is not None else None
         what = what or _failed(place.node if place else None, self.plan.clock.time(tick), error)
         raise SimulationError(what, self._result(what)) from error
 
@@ -222,15 +232,15 @@ def _where(program: Program, error: BaseException) -> _Place | None:
     return None
 
 
-def _no_number(plan: Plan, place: _Place) -> str | None:
+def _no_number(plan: Plan, values: dict[str, Any], tick: int) -> str | None:
     """Return a message if a block's output is no number, which only a later line noticed."""
     for i, signal in enumerate(plan.signals):
-        value = place.values.get(f"y{i}", 0.0)
+        value = values.get(f"y{i}", 0.0)
         try:
             struct.pack("d", value)
         except (struct.error, TypeError, OverflowError):
             block, _, port = signal.partition(".")
-            time = plan.clock.time(place.tick)
+            time = plan.clock.time(tick)
             return (
                 f"block '{block}' at t = {time:.9g} s: output '{port}' is {value!r}, "
                 "which is no number"

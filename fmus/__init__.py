@@ -5,9 +5,11 @@ from typing import TYPE_CHECKING
 from ..base.lazy import lazy
 
 if TYPE_CHECKING:
-    from .build import build, export
-    from .trace import trace
+    from .building import build, export
+    from .tracing import trace
 
 __all__ = ["build", "export", "trace"]
 
-__getattr__, __dir__ = lazy(__name__, {"build": "build", "export": "build", "trace": "trace"})
+__getattr__, __dir__ = lazy(
+    __name__, {"build": "building", "export": "building", "trace": "tracing"}
+)

@@ -1,30 +1,32 @@
 """One FMU, run alone with inputs from a file."""
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from fractions import Fraction
 from pathlib import Path
 from typing import Any
 
-from ..base.errors import FmuError
+from ..base.errors import FileError, FmuError
 from ..cosim import Constant, Diagram, Fmu, Profile, Run, SimulationError
 from ..cosim.clock import rational
-from ..cosim.fmu_file import read_description, start_of
+from ..cosim.fmu_file import number_of, read_description, start_of
 from ..cosim.result import check_target
 from .tables import read_table
 
 
 @dataclass(frozen=True)
 class Span:
-    """Communication step, start and stop of a run in s, a whole number of steps apart."""
+    """A run's communication step and start (s, exact) and its number of steps."""
 
-    step: float
-    start: float
-    stop: float
+    step: Fraction
+    start: Fraction
+    count: int
 
     @property
-    def count(self) -> int:
-        """Number of communication steps."""
-        return int((rational(self.stop) - rational(self.start)) / rational(self.step))
+    def stop(self) -> Fraction:
+        """Stop time in s."""
+        return self.start + self.count * self.step
 
 
 def span(path: Path, step: float | None, stop: float | None) -> Span:
@@ -35,22 +37,25 @@ def span(path: Path, step: float | None, stop: float | None) -> Span:
     """
     experiment = read_description(path).defaultExperiment
 
-    def declared(name: str) -> float | None:
-        text = None if experiment is None else getattr(experiment, name)
-        return None if text is None else float(text)
+    def time(given: float | None, attribute: str) -> Fraction | None:
+        value = number_of(experiment, attribute) if given is None else given
+        if value is None:
+            return None
+        if not math.isfinite(value):
+            raise FmuError(f"{attribute} must be a time in s, not {value:g}")
+        return rational(value)
 
-    start = declared("startTime") or 0.0
-    if stop is None:
-        stop = declared("stopTime") or start + 10.0
-    if step is None:
-        step = declared("stepSize") or (stop - start) / 500.0
-    if not 0.0 < step < float("inf"):
-        raise FmuError(f"step must be a positive time in s, not {step:g}")
-    if not start < stop < float("inf"):
-        raise FmuError(f"stop must be a time after the start at {start:g} s, not {stop:g}")
-    steps = (rational(stop) - rational(start)) / rational(step)
-    end = rational(start) + -(-steps.numerator // steps.denominator) * rational(step)
-    return Span(step, start, float(end))
+    start = time(None, "startTime") or Fraction(0)
+    end = time(stop, "stopTime")
+    end = start + 10 if end is None else end
+    if end <= start:
+        raise FmuError(f"stop must be a time after the start at {float(start):g} s, not {stop:g}")
+    size = time(step, "stepSize")
+    size = (end - start) / 500 if size is None else size
+    if size <= 0:
+        raise FmuError(f"step must be a positive time in s, not {float(size):g}")
+    steps = (end - start) / size
+    return Span(size, start, -(-steps.numerator // steps.denominator))
 
 
 def simulate(
@@ -73,6 +78,8 @@ def simulate(
     times = span(path, step, stop)
     if out is not None:
         check_target(out)
+        if inputs is not None and Path(inputs).exists() and out.resolve() == Path(inputs).resolve():
+            raise FileError(f"the result would overwrite the input {inputs}; choose another --out")
     table = None if inputs is None else read_table(inputs, block.inputs, "input")
     diagram = Diagram(path.stem, step=times.step)
     diagram.add("fmu", block)

@@ -11,9 +11,11 @@ from .catalogue import PLANTS, catalogue
 
 if TYPE_CHECKING:
     from .plant import Plant
-    from .second_order_train import second_order_train
+    from .second_order import second_order_train
 
 __all__ = ["Plant", "catalogue", "second_order_train"]
 
 
-__getattr__, __dir__ = lazy(__name__, {"Plant": "plant", **{name: name for name in PLANTS}})
+__getattr__, __dir__ = lazy(
+    __name__, {"Plant": "plant", **{name: module for name, (module, _) in PLANTS.items()}}
+)

@@ -11,14 +11,18 @@ from ..base.errors import FileError, ParameterError, RailcosimError, listing, su
 if TYPE_CHECKING:
     from .plant import Plant
 
+# name -> (module, one line)
 PLANTS = {
-    "second_order_train": "train speed as an identified second-order system (gain, wn, damping)",
+    "second_order_train": (
+        "second_order",
+        "train speed as an identified second-order system (gain, wn, damping)",
+    ),
 }
 
 
 def catalogue() -> dict[str, str]:
     """Return the plants' names, each with one line of description."""
-    return dict(PLANTS)
+    return {name: text for name, (_, text) in PLANTS.items()}
 
 
 def plant_named(name: str) -> "Plant":
@@ -36,7 +40,7 @@ def plant_named(name: str) -> "Plant":
             f"no model '{name}'; models: {listing(PLANTS)}, or FILE.py:FUNCTION"
             f"{suggest(key, PLANTS)}"
         )
-    return getattr(import_module(f".{key}", __package__), key)()
+    return getattr(import_module(f".{PLANTS[key][0]}", __package__), key)()
 
 
 def _from_file(file: Path, function: str) -> "Plant":

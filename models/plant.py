@@ -236,7 +236,7 @@ class Plant:
             units.parse(unit)
         except UnitError as error:
             raise UnitError(f"{where}: {error}") from None
-        if size is not None and (not isinstance(size, int) or size < 1):
+        if size is not None and (type(size) is not int or size < 1):
             raise DeclarationError(f"{where}: size must be a whole number from 1, not {size!r}")
         if any(ord(c) < 32 for c in description):
             raise DeclarationError(f"{where}: the description holds a line break or control code")

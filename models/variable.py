@@ -4,6 +4,7 @@ import math
 import re
 from collections.abc import Iterable
 from dataclasses import dataclass
+from numbers import Real
 from typing import Literal
 
 import casadi as ca
@@ -70,7 +71,9 @@ def elements(value: Number | None, size: int | None, where: str) -> tuple[float,
     try:
         if isinstance(value, str):
             raise TypeError
-        numbers = [float(value)] if isinstance(value, int | float) else [float(v) for v in value]
+        # Real: Python's and numpy's numbers.
+        many = (value,) if isinstance(value, Real | float | int) else value
+        numbers = [float(v) for v in many]
     except (TypeError, ValueError):
         raise DeclarationError(f"{where}: {value!r} is not a number or a list of them") from None
     if len(numbers) == 1 and size is not None:

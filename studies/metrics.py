@@ -81,12 +81,13 @@ def disturbance_response(
 
     dip: how far the signal falls below that target from the disturbance's start on, in percent;
     rebound: how far it rises above it after the end; recovery_time: from the end until the error
-    stays within 2 %; iae: integral of |e| from the start on. Without a disturbance that ends, or
-    with a target of 0, all are None.
+    stays within 2 %; iae: integral of |e| from the start on. Without a disturbance that ends, with
+    a reference that still moves after it began, or a target of 0, all are None.
     """
     target = float(reference[-1])
     there = np.nonzero(disturbance != 0.0)[0]
-    if target == 0.0 or len(there) == 0 or there[-1] == len(time) - 1:
+    steady = len(there) > 0 and bool(np.all(reference[there[0] :] == target))
+    if target == 0.0 or not steady or there[-1] == len(time) - 1:
         return dict.fromkeys(("dip", "rebound", "recovery_time", "iae"))
     start, end = int(there[0]), int(there[-1]) + 1
     error = target - signal

@@ -32,6 +32,7 @@ class Results:
     seeds: dict[str, dict[str, int]] = field(default_factory=dict)
     fmus: dict[str, str] = field(default_factory=dict)
     failure: str | None = None
+    written: list[str] = field(default_factory=list)  # files of the results folder
 
     def add(self, case: "Case", run: Run, metrics: dict[str, float | None]) -> None:
         """Take in one run."""
@@ -64,16 +65,15 @@ class Results:
 
 
 def prepare(folder: Path) -> None:
-    """Make the results folder and clear it of an earlier run's results.
+    """Make the results folder and clear it of what an earlier run wrote there.
 
-    Only files that a study writes are removed. Raise FileError now rather than after the work.
+    Removed is only what the folder's own run.json names as written. Raise FileError now rather
+    than after the work.
     """
     try:
-        for part, kinds in (("traces", ("*.parquet",)), ("figures", ("*.svg", "*.png"))):
+        for part in ("traces", "figures"):
             (folder / part).mkdir(parents=True, exist_ok=True)
-            for old in (path for kind in kinds for path in (folder / part).glob(kind)):
-                old.unlink()
-        for name in ("metrics.json", "ledger.json", "run.json"):
+        for name in _written(folder):
             (folder / name).unlink(missing_ok=True)
         probe = folder / ".writable"
         probe.touch()
@@ -82,10 +82,23 @@ def prepare(folder: Path) -> None:
         raise FileError(f"cannot write to {folder}: {error.strerror or error}") from error
 
 
+def _written(folder: Path) -> list[str]:
+    """Return the files that an earlier run lists in its run.json, itself included."""
+    try:
+        names = json.loads((folder / "run.json").read_text(encoding="utf-8"))["written"]
+        inside = [n for n in names if (folder / n).resolve().is_relative_to(folder.resolve())]
+    except (OSError, ValueError, KeyError, TypeError):
+        return []
+    return [*inside, "run.json"]
+
+
 def write_data(folder: Path, results: Results) -> None:
     """Write metrics.json and traces/."""
     for (experiment, controller), run in results.runs.items():
-        run.save(folder / "traces" / f"{experiment}-{controller}.parquet")
+        name = f"traces/{experiment}-{controller}.parquet"
+        run.save(folder / name)
+        results.written.append(name)
+    results.written.append("metrics.json")
     _write_json(folder / "metrics.json", {"units": results.units, "experiments": results.metrics})
 
 
@@ -109,20 +122,23 @@ def write_run(
         "fmus": results.fmus,
         "seeds": results.seeds,
         "parameters": results.parameters,
+        "written": sorted(results.written),
     }
     _write_json(folder / "run.json", about)
 
 
-def write_ledger(folder: Path, ledger: "list[Entry]") -> None:
+def write_ledger(folder: Path, results: Results, ledger: "list[Entry]") -> None:
     """Write ledger.json."""
+    results.written.append("ledger.json")
     _write_json(folder / "ledger.json", [asdict(entry) for entry in ledger])
 
 
-def write_figure(folder: Path, name: str, figure: Any) -> None:
+def write_figure(folder: Path, results: Results, name: str, figure: Any) -> None:
     """Write figures/NAME.svg and .png, the same bytes for the same figure."""
     import matplotlib as mpl
 
     base = folder / "figures" / name
+    results.written += [f"figures/{name}.svg", f"figures/{name}.png"]
     try:
         with mpl.rc_context({"svg.hashsalt": name}):
             figure.savefig(base.with_suffix(".svg"), metadata={"Date": None})

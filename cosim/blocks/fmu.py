@@ -8,7 +8,7 @@ from typing import Any, Self
 from ...base.errors import FmuError, ParameterError, UnitError, listing, suggest
 from ...base.units import parse
 from ..block import Block, Ports, require_positive
-from ..fmu_file import binary_of, read_description, start_of, unit_of
+from ..fmu_file import binary_of, number_of, read_description, start_of, unit_of
 from ..fmu_instance import TYPES, FmuInstance
 
 
@@ -139,8 +139,9 @@ _RANK = {"parameter": 0, "input": 1, "output": 2, "local": 2}
 
 
 def _check_range(where: str, variable: Any, value: float) -> None:
-    low = -math.inf if variable.min is None else float(variable.min)
-    high = math.inf if variable.max is None else float(variable.max)
+    low = number_of(variable, "min", -math.inf)
+    high = number_of(variable, "max", math.inf)
+    assert low is not None and high is not None
     if not math.isfinite(value):
         raise ParameterError(f"{where}: {variable.name} = {value:g} is not finite")
     if not low <= value <= high:

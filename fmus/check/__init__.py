@@ -5,9 +5,9 @@ from typing import TYPE_CHECKING
 from ...base.lazy import lazy
 
 if TYPE_CHECKING:
-    from .check import check
+    from .checking import check
     from .report import Report
 
 __all__ = ["Report", "check"]
 
-__getattr__, __dir__ = lazy(__name__, {"Report": "report", "check": "check"})
+__getattr__, __dir__ = lazy(__name__, {"Report": "report", "check": "checking"})

@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 
 from ...cosim import Fmu
-from ...cosim.clock import Clock, rational
-from ...cosim.fmu_file import start_of
+from ...cosim.clock import Clock
+from ...cosim.fmu_file import number_of, start_of
 from ..simulate import Span
 from ..tables import Table
 
@@ -36,7 +36,7 @@ class Excitation:
 
 def grid(times: Span) -> np.ndarray:
     """Return the communication points from start to stop."""
-    return np.array(Clock(rational(times.step), rational(times.start)).times(times.count + 1))
+    return np.array(Clock(times.step, times.start).times(times.count + 1))
 
 
 def from_table(
@@ -78,7 +78,8 @@ def _bounds(variable: Any) -> tuple[float, float]:
     """Return the declared bounds; where one is missing, start ± the nominal value (or 1)."""
     if variable.type == "Boolean":
         return 0.0, 1.0
-    start, size = _start(variable), float(variable.nominal or 1.0)
-    low = start - size if variable.min is None else float(variable.min)
-    high = start + size if variable.max is None else float(variable.max)
+    start, size = _start(variable), number_of(variable, "nominal") or 1.0
+    low, high = number_of(variable, "min"), number_of(variable, "max")
+    low = start - size if low is None else low
+    high = start + size if high is None else high
     return (low, high) if low <= high else (high, low)

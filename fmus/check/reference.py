@@ -14,7 +14,7 @@ import numpy as np
 from ...base.errors import FileError, FmuError
 from ...cosim import Fmu
 from ...cosim.fmu_file import start_of
-from ..build import EQUATIONS, VARIABLES
+from ..building import EQUATIONS, VARIABLES
 from ..tables import Table, read_table
 from .behaviour import signal_size
 from .excitation import Excitation
@@ -31,7 +31,10 @@ class OwnEquations:
 
         with zipfile.ZipFile(block.path) as archive:
             text = archive.read(EQUATIONS).decode()
-            self.names: dict[str, list[str]] = json.loads(archive.read(VARIABLES))
+            names = _names(archive.read(VARIABLES))
+        if names is None:
+            raise FmuError(f"{block.path}: {VARIABLES} does not list states, inputs and so on")
+        self.names = names
         try:
             self.function = ca.Function.deserialize(text)
         except RuntimeError as error:
@@ -192,3 +195,14 @@ def _branches(function: Any) -> bool:
     ]
     kinds = {getattr(ca, f"OP_{name}") for name in names}
     return any(function.instruction_id(i) in kinds for i in range(function.n_instructions()))
+
+
+def _names(data: bytes) -> dict[str, list[str]] | None:
+    """Return the variables' names by kind; None if the file is not what it should be."""
+    try:
+        names = json.loads(data)
+        lists = [names[kind] for kind in ("states", "inputs", "parameters", "outputs")]
+    except (ValueError, KeyError, TypeError):
+        return None
+    good = all(isinstance(part, list) and all(isinstance(n, str) for n in part) for part in lists)
+    return names if good else None

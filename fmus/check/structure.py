@@ -9,11 +9,14 @@ from typing import Any
 
 from ...base.errors import FmuError
 from ...cosim.fmu_file import start_of, unit_of
-from ..build import DESCRIPTION, EQUATIONS, VARIABLES, guid_of
+from ..building import DESCRIPTION, EQUATIONS, VARIABLES, guid_of
 from ..code import GUID_MARK
 from .report import Report
 
-DAMAGE = (zipfile.BadZipFile, zlib.error, OSError, EOFError, ValueError)
+# What Python raises on a damaged archive, depending on where the damage is.
+DAMAGE = (
+    zipfile.BadZipFile, zlib.error, OSError, EOFError, ValueError, NotImplementedError, RuntimeError
+)  # fmt: skip
 
 
 def check_structure(path: Path, description: Any, report: Report) -> None:
@@ -99,7 +102,8 @@ def _contents(path: Path, description: Any) -> list[str]:
             contents = {
                 name: archive.read(name)
                 for name in archive.namelist()
-                if name == DESCRIPTION or name.startswith(("sources/", "resources/"))
+                if name == DESCRIPTION
+                or (name.startswith(("sources/", "resources/")) and not name.endswith("/"))
             }
     except DAMAGE as error:
         return [f"damaged: {error}"]

@@ -93,7 +93,7 @@ def frequency(r: Results) -> Entry:
     """PID and neuron at natural frequency +20 %, read both ways."""
     names = (*TUNINGS.values(), "neuron")
     readings = {
-        "the numerator is held at 0.07128": "frequency_plus_20_numerator_held",
+        "the numerator is held": "frequency_plus_20_numerator_held",
         "the gain K is held": "frequency_plus_20_gain_held",
     }
     return Entry(

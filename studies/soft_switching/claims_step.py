@@ -113,7 +113,7 @@ def weights(r: Results) -> Entry:
         final, start, total = None, None, None
     else:
         cf, cnp = run["controller.cf"], run["controller.cnp"]
-        start, final = float(cf[0]), float(np.max(cf[run.time >= run.time[-1] - 5.0]))
+        start, final = float(cf[_jump(run)]), float(np.max(cf[run.time >= run.time[-1] - 5.0]))
         total = float(np.max(np.abs(cf + cnp - 1.0)))
     return Entry(
         "Fuzzy control dominates for large errors, the single neuron near the set point",
@@ -149,3 +149,9 @@ def _composite_step(r: Results) -> Run | None:
     run = r.runs.get(("step", "composite"))
     signals = {f"controller.{name}" for name in ("cf", "cnp", "u_fuzzy", "u_neuron")}
     return run if run is not None and signals <= set(run.columns) else None
+
+
+def _jump(run: Run) -> int:
+    """Return the row at which the reference takes its last value."""
+    apart = np.nonzero(run["reference.y"] != run["reference.y"][-1])[0]
+    return int(apart[-1]) + 1 if len(apart) else 0

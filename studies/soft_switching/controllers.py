@@ -51,3 +51,10 @@ VARIANTS: dict[str, Block] = {
         if literal_name(text) not in LINE_UP
     },
 }
+
+# What makes a variant, and its counterpart, what they are: an override leaves these.
+_KICKS = ("controller.kick", "controller.fuzzy.kick", "controller.neuron.kick")
+VARIANT_OWN: dict[str, tuple[str, ...]] = {
+    **{name: _KICKS for kick in VARIANTS if kick.endswith("_kick") for name in (kick, kick[:-5])},
+    **{literal_name(text): ("controller.period", *_KICKS) for text in LITERAL_PERIODS},
+}

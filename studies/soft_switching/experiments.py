@@ -9,7 +9,7 @@ from ...fmus import build
 from ...models import second_order_train
 from ..case import Case
 from ..metrics import Metrics, disturbance_response, step_response, tracking
-from .controllers import LINE_UP, VARIANTS
+from .controllers import LINE_UP, VARIANT_OWN, VARIANTS
 
 BASE_STEP = 0.01  # s; the controllers sample every 0.05 s
 
@@ -69,7 +69,7 @@ class Experiment:
             self.diagram(controller, fmu),
             self.stop,
             self.measure,
-            own=self.own,
+            own=(*self.own, *VARIANT_OWN.get(name, ())),
             factors={f"train.{parameter}": factor for parameter, factor in self.factors},
         )
 
@@ -103,6 +103,7 @@ EXPERIMENTS = (
             STEP,
             _pulse,
             disturbance=Pulse(at=at, width=PULSE_WIDTH, height=PULSE_HEIGHT, unit="1"),
+            own=("disturbance.at",),
         )
         for name, at in PULSES.items()
     ),

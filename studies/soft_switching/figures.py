@@ -96,7 +96,7 @@ def _pulses(results: Results) -> "Figure":
 
 def _frequency(results: Results) -> "Figure":
     figure, axes = panels("Fig. 7b: unit step, natural frequency +20 %", 2)
-    texts = ("numerator held at 0.07128", "gain K held (numerator K·wn²)")
+    texts = ("numerator K·wn² held", "gain K held (the numerator grows)")
     for axis, name, text in zip(axes, ("numerator_held", "gain_held"), texts, strict=True):
         experiment = f"frequency_plus_20_{name}"
         _reference(axis, results, experiment)
@@ -163,16 +163,16 @@ def _delay(results: Results) -> "Figure":
         ("settling_time", "settling time / s"),
         ("iae", "IAE / m"),
     )
-    experiments = {0.0: "step"} | {delay: delay_name(delay) for delay in DELAYS}
+    experiments = ["step", *(delay_name(delay) for delay in DELAYS)]
     for axis, (metric, text) in zip(axes, metrics, strict=True):
         for name in SHOWN:
             points: list[tuple[float, Any]] = [
-                (delay, results.get(experiment, name, metric))
-                for delay, experiment in experiments.items()
+                (results.parameters[experiment][name]["link.time"], value)
+                for experiment in experiments
+                if (value := results.get(experiment, name, metric)) is not None
             ]
-            points = [point for point in points if point[1] is not None]
             if points:
-                x, y = zip(*points, strict=True)
+                x, y = zip(*sorted(points), strict=True)
                 axis.plot(x, y, marker="o", markersize=4, **style(name))
         axis.set_ylabel(text)
         axis.set_ylim(bottom=0.0)

@@ -182,3 +182,19 @@ def test_two_runs_are_bit_identical(folder: Path) -> None:
     for (experiment, controller), run in again.runs.items():
         first = Run.load(folder / "traces" / f"{experiment}-{controller}.parquet")
         assert run.values.tobytes() == first.values.tobytes()
+
+
+def test_overrides_leave_what_makes_an_experiment() -> None:
+    values = {"disturbance.at": 40.0, "link.time": 0.3, "train.gain": 2.0,
+              "controller.period": 0.1, "controller.kick": True}  # fmt: skip
+    found = {c.name: c.diagram.blocks for c in with_overrides(cases(), values)}
+    assert found["pulse-fuzzy"]["disturbance"].parameters()["at"] == 20.0
+    assert found["delay_100ms-fuzzy"]["link"].parameters()["time"] == 0.1
+    assert found["step-fuzzy"]["link"].parameters()["time"] == 0.3
+    assert found["gain_plus_20-fuzzy"]["train"].parameters()["gain"] == pytest.approx(2.4)
+    held = found["frequency_plus_20_numerator_held-fuzzy"]["train"].parameters()
+    assert held["gain"] * held["natural_frequency"] ** 2 == pytest.approx(2.0 * 0.18**2)
+    assert found["step-composite_literal_1s"]["controller"].parameters()["period"] == 1.0
+    assert found["step-composite"]["controller"].parameters()["period"] == 0.1
+    assert found["step-composite"]["controller"].parameters()["kick"] is False
+    assert found["step-pid_zn_kick"]["controller"].parameters()["kick"] is True

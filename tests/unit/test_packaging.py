@@ -138,3 +138,19 @@ def test_every_public_name_can_be_had() -> None:
             assert getattr(module, name) is not None
         with pytest.raises(AttributeError):
             module.nothing  # noqa: B018
+
+
+def test_no_module_hides_a_public_name() -> None:
+    """However the parts were imported before, the names are functions and classes."""
+    code = """
+import importlib, pkgutil, types
+import railcosim
+for package in ("railcosim.models", "railcosim.controllers", "railcosim.cosim", "railcosim.fmus",
+                "railcosim.fmus.check"):
+    module = importlib.import_module(package)
+    for info in pkgutil.iter_modules(module.__path__):
+        importlib.import_module(f"{package}.{info.name}")
+    for name in module.__all__:
+        assert not isinstance(getattr(module, name), types.ModuleType), (package, name)
+"""
+    subprocess.run([sys.executable, "-c", code], check=True)

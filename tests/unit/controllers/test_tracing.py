@@ -14,7 +14,7 @@ from railcosim.base.errors import BuildError
 from railcosim.controllers import PID, FuzzySpeed, SingleNeuron, SoftSwitching
 from railcosim.controllers.rules import SPEED_RULES
 from railcosim.fmus import trace
-from railcosim.fmus.trace import flat
+from railcosim.fmus.tracing import flat
 
 CONTROLLERS: dict[str, Block] = {
     "pid": PID(kp=6.65, ti=2.83, td=0.707),

@@ -272,6 +272,24 @@ def test_an_output_that_is_not_finite_at_the_start_is_named() -> None:
         diagram.run(1.0)
 
 
+@pytest.mark.parametrize("value", [None, "a", (1.0, 2.0), 10**400])
+def test_a_bad_value_into_an_fmu_at_the_start_is_named(value: Any) -> None:
+    @dataclass(frozen=True)
+    class Bad(Block):
+        outputs = {"y": "1/s"}
+        feedthrough = False
+
+        def output(self, x: Any) -> Any:
+            return value
+
+    diagram = Diagram("bad", step=0.1)
+    diagram.add("bad", Bad())
+    diagram.add("plant", Fmu(build(plants.integrator())))
+    diagram.connect("bad.y", "plant.u")
+    with pytest.raises(SimulationError, match=r"block 'bad' at t = 0 s: output 'y' is .*no number"):
+        diagram.run(1.0)
+
+
 def test_a_slow_fmu_may_step_past_the_stop_it_was_told() -> None:
     """The stop time given to it is that of its own last hit."""
     diagram = Diagram("slow", step=0.1)

@@ -68,13 +68,16 @@ def test_a_failing_run_loses_nothing_before_it(tmp_path: Path) -> None:
     assert json.loads((tmp_path / "out" / "run.json").read_text())["failure"] == results.failure
 
 
-def test_an_earlier_runs_results_are_cleared(tmp_path: Path) -> None:
+def test_an_earlier_runs_results_are_cleared_and_nothing_else(tmp_path: Path) -> None:
     prepare(tmp_path)
-    for name in ("traces/old.parquet", "figures/old.svg", "ledger.json", "mine.txt"):
+    results = run_cases("test", [case("a", 2.0)], {"end": "1"})
+    write_data(tmp_path, results)
+    write_run(tmp_path, results, command="x", overrides={}, seconds=0.0)
+    for name in ("traces/mine.parquet", "figures/mine.png", "mine.txt"):
         (tmp_path / name).touch()
     prepare(tmp_path)
     left = {p.name for p in tmp_path.rglob("*") if p.is_file()}
-    assert left == {"mine.txt"}
+    assert left == {"mine.parquet", "mine.png", "mine.txt"}
 
 
 def test_a_folder_that_cannot_be_written_is_named_at_once(tmp_path: Path) -> None:

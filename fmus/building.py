@@ -121,7 +121,7 @@ def _contents(plant: Plant, inner_step: float) -> dict[str, bytes]:
     """Return all files of the FMU but the binaries, GUID included."""
     if not isinstance(plant, Plant):
         raise ParameterError(f"an FMU is built from a Plant, not from {plant!r}")
-    if not 1e-9 <= inner_step < float("inf"):
+    if not isinstance(inner_step, int | float) or not 1e-9 <= inner_step < float("inf"):
         raise ParameterError(f"inner_step must be a time from 1e-9 s up, not {inner_step!r}")
     layout = Layout(plant)
     tool = f"railcosim {version('railcosim')}"
