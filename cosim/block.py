@@ -38,6 +38,7 @@ class Block:
     outputs: Ports = {}
     feedthrough: bool = True
     timed: bool = False
+    run_by_engine: bool = False  # FMUs and delays: the generated code has them, not step()
     shares_unit: bool = True  # all ports without a unit have one and the same unit
     # s between sample hits, or None: every step of the diagram. Any, so that a block whose
     # period is always a number may say so.

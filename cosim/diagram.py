@@ -209,14 +209,6 @@ def _check_block(name: str, block: Block) -> None:
     needed = ["step"] if block.feedthrough and block.inputs else []
     if not block.feedthrough and block.outputs:
         needed = ["output"]
-    for method in needed:
-        if getattr(type(block), method) is getattr(Block, method) and not _engines_own(block):
+    for method in () if block.run_by_engine else needed:
+        if getattr(type(block), method) is getattr(Block, method):
             raise DiagramError(f"block '{name}': {type(block).__name__} must define {method}()")
-
-
-def _engines_own(block: Block) -> bool:
-    """Return whether the engine itself runs the block: FMUs and delays."""
-    from .blocks.delay import Delay
-    from .blocks.fmu import Fmu
-
-    return isinstance(block, Fmu | Delay)

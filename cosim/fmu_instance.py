@@ -130,10 +130,14 @@ class FmuInstance:
     def _prepare(self) -> None:
         """Look every function up once: the steps then cost no more than their calls."""
         functions = self._dll
-        self._puts = [(g, getattr(functions, f"fmi2Set{g.suffix}")) for g in self._in]
-        self._gets = [(g, getattr(functions, f"fmi2Get{g.suffix}")) for g in self._out]
-        puts = [(f, g.references, g.size, g.values, f"fmi2Set{g.suffix}") for g, f in self._puts]
-        gets = [(f, g.references, g.size, g.values, f"fmi2Get{g.suffix}") for g, f in self._gets]
+        puts, gets = (
+            [
+                (getattr(functions, name), g.references, g.size, g.values, name)
+                for g in groups
+                for name in [f"fmi2{verb}{g.suffix}"]
+            ]
+            for verb, groups in (("Set", self._in), ("Get", self._out))
+        )
         component, do_step, fail = self.component, functions.fmi2DoStep, self._fail
 
         def put() -> None:

@@ -49,7 +49,8 @@ def span(path: Path, step: float | None, stop: float | None) -> Span:
     end = time(stop, "stopTime")
     end = start + 10 if end is None else end
     if end <= start:
-        raise FmuError(f"stop must be a time after the start at {float(start):g} s, not {stop:g}")
+        what = f"stop must be a time after the start at {float(start):g} s"
+        raise FmuError(f"{what}, not {float(end):g} s")
     size = time(step, "stepSize")
     size = (end - start) / 500 if size is None else size
     if size <= 0:

@@ -104,6 +104,7 @@ def run_cases(study: str, cases: Sequence[Case], units: Mapping[str, str]) -> Re
             bar.set_postfix_str(case.name)
             try:
                 run = case.diagram.run(case.stop, record=case.record, progress=False)
+                results.add(case, run, case.measure(run))
             except SimulationError as error:
                 results.add(case, error.run, {})
                 results.failure = f"{case.name}: {error}"
@@ -111,5 +112,7 @@ def run_cases(study: str, cases: Sequence[Case], units: Mapping[str, str]) -> Re
             except RailcosimError as error:
                 results.failure = f"{case.name}: {error}"
                 break
-            results.add(case, run, case.measure(run))
+            except KeyboardInterrupt:
+                results.failure = f"{case.name}: interrupted"
+                break
     return results

@@ -19,12 +19,14 @@ class Entry:
     interpretation: str
 
 
-def verdict(conditions: Mapping[str, bool | None]) -> str:
-    """Return the verdict on a claim from the conditions under which it was tried.
+def verdict(conditions: Mapping[str, bool | None] | bool | None) -> str:
+    """Return the verdict on a claim from one result, or from those under several conditions.
 
     All true: "holds"; none: "does not hold"; else "holds if …" with those that are. A condition
     that could not be measured (None) makes the claim one that "cannot be verified".
     """
+    if not isinstance(conditions, Mapping):
+        conditions = {"": conditions}
     if not conditions or any(result is None for result in conditions.values()):
         return "cannot be verified"
     good = [condition for condition, result in conditions.items() if result]

@@ -29,6 +29,7 @@ class Delay(Block):
     initial: float | Callable[[float], float] = 0.0
     interpolation: Literal["linear", "hold"] = "linear"
 
+    run_by_engine = True
     inputs = {"u": None}
     outputs = {"y": None}
 

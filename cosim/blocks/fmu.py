@@ -26,6 +26,7 @@ class Fmu(Block):
 
     __slots__ = ("_settable", "inputs", "outputs", "path", "period", "values")
 
+    run_by_engine = True
     feedthrough = False
     shares_unit = False  # a variable without a unit connects to any
 

@@ -69,15 +69,20 @@ def trajectory(block: Fmu, excitation: Excitation, every: int = 1) -> np.ndarray
         stepper.instance.close()
 
 
-def check_behaviour(block: Fmu, description: Any, excitation: Excitation, report: Report) -> None:
-    """Add the findings that need runs; one that the FMU breaks off fails with its message."""
+def check_behaviour(
+    block: Fmu, description: Any, excitation: Excitation, report: Report
+) -> np.ndarray | None:
+    """Add the findings that need runs; one that the FMU breaks off fails with its message.
+
+    Return the outputs at the excitation's points; None if the FMU does not run.
+    """
     if not _guid(block, description, report):
-        return
+        return None
     try:
         base = trajectory(block, excitation)
     except FmuError as error:
         report.add("runs", [str(error)], "")
-        return
+        return None
     finite = np.isfinite(base).all()
     report.add("runs", [] if finite else ["an output is not finite"], excitation.text)
     names = list(block.outputs)
@@ -102,6 +107,7 @@ def check_behaviour(block: Fmu, description: Any, excitation: Excitation, report
             report.add(rule, run(), good)
         except FmuError as error:
             report.add(rule, [str(error)], good)
+    return base if finite else None
 
 
 def _guid(block: Fmu, description: Any, report: Report) -> bool:

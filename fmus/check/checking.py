@@ -9,7 +9,7 @@ from ...cosim import Fmu
 from ...cosim.fmu_file import read_description, require_co_simulation
 from ..simulate import span
 from ..tables import Table, read_table
-from .behaviour import check_behaviour, trajectory
+from .behaviour import check_behaviour
 from .excitation import Excitation, from_table, grid, seeded
 from .reference import OwnEquations, compare, read_reference
 from .report import Report
@@ -35,9 +35,9 @@ def check(
     well. Inputs in neither are random without a reference, else at their start values. Without a
     reference, an FMU made by railcosim is compared with its own equations, integrated
     independently. `step` and `stop` (s) default to the FMU's default experiment, `stop` to the
-    reference's end. `tolerance` is the allowed error relative to a
-    signal's largest magnitude (default 1e-6 against the equations, 1e-3 against a file). Raise
-    FmuError or FileError for what cannot be read at all.
+    reference's end. `tolerance` is the allowed error relative to a signal's largest magnitude
+    (default 1e-6 against the equations, 1e-3 against a file). Raise FmuError or FileError for
+    what cannot be read at all.
     """
     if tolerance is not None and not tolerance > 0.0:
         raise FmuError(f"the tolerance must be positive, not {tolerance:g}")
@@ -65,66 +65,59 @@ def check(
         excitation = from_table(table, Path(str(reference)).name, block, description, times)
     else:
         excitation = seeded(block, description, times)
-    check_behaviour(block, description, excitation, report)
-    if any(f.rule in ("runs", "GUID") and f.passed is False for f in report.findings):
+    found = check_behaviour(block, description, excitation, report)
+    if found is None:
         report.skip("reference", "the FMU does not run")
-    elif table is not None:
-        _against_file(report, block, excitation, table, Path(str(reference)), tolerance)
+        return report
+    if table is not None:
+        reference_of = _of_file(report, block, excitation, table, Path(str(reference)))
     elif is_ours(path):
-        _against_equations(report, block, description, excitation, tolerance)
+        reference_of = _of_equations(report, block, description, excitation)
     else:
         report.skip("reference", "none given (--reference), and the FMU carries no equations")
+        return report
+    if reference_of is not None:
+        inside, expected, default = reference_of
+        report.comparisons = compare(
+            block.outputs,
+            excitation.times[inside],
+            found[inside],
+            expected,
+            default if tolerance is None else tolerance,
+        )
     return report
 
 
-def _against_equations(
-    report: Report, block: Fmu, description: object, excitation: Excitation, tolerance: float | None
-) -> None:
+# Where the reference holds among the communication points, its signals, the default tolerance.
+_Reference = tuple[np.ndarray, dict[str, np.ndarray], float]
+
+
+def _of_equations(
+    report: Report, block: Fmu, description: object, excitation: Excitation
+) -> _Reference | None:
     try:
         expected, method = OwnEquations(block, description).run(excitation)
     except FmuError as error:
         report.add("reference", [str(error)], "")
-        return
-    found = trajectory(block, excitation)
+        return None
     report.reference = (
         f"the FMU's own equations by {method}; {excitation.text}; {excitation.span_text}"
     )
-    report.comparisons = compare(
-        list(block.outputs),
-        {name: unit or "" for name, unit in block.outputs.items()},
-        excitation.times,
-        found,
-        expected,
-        OWN_TOLERANCE if tolerance is None else tolerance,
-    )
+    return np.ones(len(excitation.times), dtype=bool), expected, OWN_TOLERANCE
 
 
-def _against_file(
-    report: Report,
-    block: Fmu,
-    excitation: Excitation,
-    table: Table,
-    file: Path,
-    tolerance: float | None,
-) -> None:
-    """Compare at the communication points that the file covers; it is interpolated there."""
+def _of_file(
+    report: Report, block: Fmu, excitation: Excitation, table: Table, file: Path
+) -> _Reference:
+    """Return the file's signals at the communication points that it covers, interpolated."""
     first, last = float(table.times[0]), float(table.times[-1])
     inside = (excitation.times >= first) & (excitation.times <= last)
     if not inside.any():
         raise FileError(f"{file} covers {first:g} to {last:g} s, where there is no output")
-    found = trajectory(block, excitation)
-    outputs = [name for name in table.columns if name in block.outputs]
-    expected = table.sample(outputs, excitation.times[inside])
     compared = excitation.times[inside]
     report.reference = (
         f"{file.name} at {len(compared)} points from {compared[0]:g} to {compared[-1]:g} s; "
         f"{excitation.text}"
     )
-    report.comparisons = compare(
-        list(block.outputs),
-        {name: unit or "" for name, unit in block.outputs.items()},
-        excitation.times[inside],
-        np.asarray(found)[inside],
-        expected,
-        FILE_TOLERANCE if tolerance is None else tolerance,
-    )
+    outputs = [name for name in table.columns if name in block.outputs]
+    return inside, table.sample(outputs, compared), FILE_TOLERANCE

@@ -6,6 +6,7 @@ wrapper or its solver takes part in the reference.
 
 import json
 import zipfile
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -138,27 +139,24 @@ class OwnEquations:
 
 
 def compare(
-    names: list[str],
-    units: dict[str, str],
+    outputs: Mapping[str, str | None],
     times: np.ndarray,
     found: np.ndarray,
     expected: dict[str, np.ndarray],
     tolerance: float,
 ) -> list[Comparison]:
-    """Return one comparison for each output that the reference has.
+    """Return one comparison for each output (name -> unit) that the reference has.
 
     The allowed error is `tolerance` times the reference's largest magnitude (at least 1e-6).
     """
     rows = []
-    for i, name in enumerate(names):
+    for i, (name, unit) in enumerate(outputs.items()):
         if name not in expected:
             continue
         error = np.abs(found[:, i] - expected[name])
         at = int(np.argmax(np.where(np.isnan(error), np.inf, error)))
         allowed = tolerance * signal_size(expected[name])
-        rows.append(
-            Comparison(name, units.get(name, ""), float(error[at]), float(times[at]), allowed)
-        )
+        rows.append(Comparison(name, unit or "", float(error[at]), float(times[at]), allowed))
     return rows
 
 

@@ -41,7 +41,7 @@ def first_seconds(r: Results) -> Entry:
         "In the first 3 s of traction fuzzy control and the composite agree",
         "section 2.2, Fig. 9a",
         f"largest difference of speed to 3 s: {number(apart, 'm/s', 3)}",
-        verdict({"": less(apart, 0.05)}),
+        verdict(less(apart, 0.05)),
         "speeds within 0.05 m/s (the profile is ours)",
     )
 
@@ -53,7 +53,7 @@ def later_traction(r: Results) -> Entry:
         "After 3 s of traction fuzzy control's error is larger than the composite's",
         "section 2.2, Fig. 9a",
         "RMS error 3–30 s: " + ", ".join(f"{c} {number(v, 'm/s', 3)}" for c, v in error.items()),
-        verdict({"": less(error["composite"], error["fuzzy"], margin=0.05)}),
+        verdict(less(error["composite"], error["fuzzy"], margin=0.05)),
         "RMS error from 3 s to the end of traction at 30 s, larger by 5 % at least",
     )
 
@@ -80,7 +80,7 @@ def cruise_static_error(r: Results) -> Entry:
         "section 2.2, Fig. 9b",
         "mean |error| 60–70 s: "
         + ", ".join(f"{c} {number(v, 'm/s', 3)}" for c, v in error.items()),
-        verdict({"": every(less(0.05, error["fuzzy"]), less(error["composite"], 0.05))}),
+        verdict(every(less(0.05, error["fuzzy"]), less(error["composite"], 0.05))),
         "above and below 0.05 m/s at the end of the cruise",
     )
 

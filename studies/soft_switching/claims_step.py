@@ -18,7 +18,7 @@ def fast(r: Results) -> Entry:
         "Fuzzy control is about as fast as the composite on a step",
         "section 2.2, Fig. 4",
         "rise time: " + row(r, "step", "rise_time", ("fuzzy", "composite"), "s"),
-        verdict({"": near}),
+        verdict(near),
         "rise times from 10 to 90 % within 10 % of each other",
     )
 
@@ -30,7 +30,7 @@ def static_error(r: Results) -> Entry:
         "Fuzzy control keeps a static error",
         "section 2.2, Fig. 4",
         f"steady-state error: fuzzy {number(error, '%', 3)}",
-        verdict({"": None if error is None else abs(error) > 0.1}),
+        verdict(None if error is None else abs(error) > 0.1),
         "more than 0.1 % of the step, mean over the last 5 s of 60",
     )
 
@@ -42,7 +42,7 @@ def removes_error(r: Results) -> Entry:
         "The composite removes the static error",
         "section 2.2, Fig. 4",
         f"steady-state error: composite {number(error, '%', 3)}",
-        verdict({"": None if error is None else abs(error) < 0.1}),
+        verdict(None if error is None else abs(error) < 0.1),
         "less than 0.1 % of the step, mean over the last 5 s of 60",
     )
 
@@ -100,7 +100,7 @@ def smooth(r: Results) -> Entry:
         "section 1.4, Fig. 5",
         f"largest part of a change of u that comes from a change of Cf: {number(share, '')} of "
         f"±10 per sample; switching hard at Cf = 0.5 would jump by up to {number(hard, '')}",
-        verdict({"": every(less(share, 2.0), less(share, hard))}),
+        verdict(every(less(share, 2.0), less(share, hard))),
         "|ΔCf · (Uf − Unp)| between samples of the unit step stays below a tenth of the range "
         "of u and below what a threshold would give",
     )
@@ -120,7 +120,7 @@ def weights(r: Results) -> Entry:
         "sections 1.1 and 1.4, Fig. 5",
         f"Cf at the step {number(start, '')}, largest over the last 5 s {number(final, '')}, "
         f"|Cf + Cnp − 1| ≤ {number(total, '', 1)}",
-        verdict({"": every(less(0.5, start), less(final, 0.5), less(total, 1e-12))}),
+        verdict(every(less(0.5, start), less(final, 0.5), less(total, 1e-12))),
         "Cf above one half at the start of the step and below it over the last 5 s; near the set "
         "point (|E| ≤ 0.2, |EC| ≤ 0.5) table 3 gives exactly 0: there the composite is the neuron",
     )

@@ -70,6 +70,13 @@ def test_numbers_that_are_none_are_named(
         check(path)
 
 
+def test_a_default_experiment_that_ends_before_it_starts(tmp_path: Path, train_fmu: Path) -> None:
+    text = '<DefaultExperiment startTime="50" stopTime="1"/>'
+    path = with_experiment(train_fmu, tmp_path / "a.fmu", text)
+    with pytest.raises(FmuError, match="after the start at 50 s, not 1 s"):
+        simulate(path)
+
+
 def test_the_input_is_not_overwritten(tmp_path: Path, train_fmu: Path) -> None:
     file = tmp_path / "result.csv"
     file.write_text("time,u\n0,1\n")

@@ -4,10 +4,11 @@ from pathlib import Path
 
 import pytest
 
-from railcosim import Diagram, Fmu, Gain, Ramp
+from railcosim import Diagram, Fmu, Gain, Ramp, Run
 from railcosim.base.errors import DiagramError, FileError, ParameterError
 from railcosim.fmus import build
 from railcosim.studies.case import Case, run_cases, with_overrides
+from railcosim.studies.metrics import Metrics
 from railcosim.studies.results import prepare, write_data, write_run
 from tests import plants
 
@@ -66,6 +67,16 @@ def test_a_failing_run_loses_nothing_before_it(tmp_path: Path) -> None:
     names = {p.name for p in (tmp_path / "out" / "traces").iterdir()}
     assert names == {"ramp-a.parquet", "ramp-bad.parquet"}
     assert json.loads((tmp_path / "out" / "run.json").read_text())["failure"] == results.failure
+
+
+def test_an_interrupted_study_keeps_the_runs_before() -> None:
+    def interrupt(run: Run) -> Metrics:
+        raise KeyboardInterrupt
+
+    stopped = replace(case("stopped", 2.0), measure=interrupt)
+    results = run_cases("test", [case("a", 2.0), stopped, case("c", 2.0)], {"end": "1"})
+    assert results.failure == "ramp-stopped: interrupted"
+    assert list(results.metrics["ramp"]) == ["a"]
 
 
 def test_an_earlier_runs_results_are_cleared_and_nothing_else(tmp_path: Path) -> None:

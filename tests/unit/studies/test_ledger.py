@@ -9,6 +9,9 @@ def test_verdicts() -> None:
     assert verdict({"a is so": True, "b": False, "c is so": True}) == "holds if a is so or c is so"
     assert verdict({"a": True, "b": None}) == "cannot be verified"
     assert verdict({}) == "cannot be verified"
+    assert verdict(True) == "holds"
+    assert verdict(False) == "does not hold"
+    assert verdict(None) == "cannot be verified"
 
 
 def test_comparisons_pass_on_what_is_unknown() -> None:
