@@ -11,6 +11,8 @@ from importlib.metadata import version
 from io import BytesIO
 from pathlib import Path
 
+import casadi as ca
+
 from ..base.cache import cache_folder, write_atomically
 from ..base.compilers import (
     FLAGS,
@@ -26,26 +28,30 @@ from ..base.compilers import (
 from ..base.errors import FileError, ParameterError, listing, suggest
 from ..models.expressions import exact_expressions
 from ..models.plant import Plant
-from .code import GUID_MARK, plant_c, plant_h
+from ..models.solver import Solver
+from .code import GUID_MARK, METHODS, plant_c, plant_h
 from .description import model_description
+from .functions import Functions
 from .layout import Layout
 from .macho import universal_library
 
 EQUATIONS = "resources/equations.casadi"
 VARIABLES = "resources/railcosim.json"
 DESCRIPTION = "modelDescription.xml"
+Model = Plant | ca.DaeBuilder
 _EPOCH = (1980, 1, 1, 0, 0, 0)  # a fixed date: the same FMU is the same bytes
 
 
-def build(plant: Plant, *, inner_step: float = 0.002, compiler: str = "auto") -> Path:
-    """Build a plant's FMU for this machine and return its path in the cache.
+def build(plant: Model, *, solver: Solver | None = None, compiler: str = "auto") -> Path:
+    """Build a model's FMU for this machine and return its path in the cache.
 
-    The same plant, railcosim, compiler and flags give the same file, which is built only once.
-    `inner_step` (s) is the start value of the FMU's parameter `solver.inner_step`; `compiler` is
+    `plant` is a Plant or a casadi.DaeBuilder. The same plant, railcosim, compiler and flags give
+    the same file, which is built only once. `solver` replaces the plant's own; `compiler` is
     "auto" (the system's C compiler if there is one, else zig), "system" or "zig". Raise
-    BuildError if it cannot be built.
+    BuildError if it cannot be built, DeclarationError for what cannot be expressed.
     """
-    contents = _contents(plant, inner_step)
+    plant = _as_plant(plant)
+    contents = _contents(plant, solver)
     chosen = native_compiler(compiler)
     key = hashlib.sha256(_digest(contents))
     key.update(repr((chosen.identity, FLAGS, KIND_FLAGS, machine())).encode())
@@ -58,16 +64,17 @@ def build(plant: Plant, *, inner_step: float = 0.002, compiler: str = "auto") ->
 
 
 def export(
-    plant: Plant,
+    plant: Model,
     path: str | Path,
     *,
     platforms: Sequence[str] | None = None,
-    inner_step: float = 0.002,
+    solver: Solver | None = None,
     compiler: str = "zig",
 ) -> Path:
-    """Write a plant's FMU with binaries for `platforms` (default: this machine's).
+    """Write the FMU of a plant or casadi.DaeBuilder with binaries for `platforms`.
 
-    Platforms are "linux64", "win64" and "darwin64". An exported FMU is made to travel, so zig
+    Platforms (by default this machine's) are "linux64", "win64" and "darwin64". An exported
+    FMU is made to travel, so zig
     compiles it (Linux binaries then load with any glibc from 2.17 on); compiler="system" uses
     the system's, for this machine's platform only. Return the path. Raise ParameterError for an
     unknown platform, BuildError if it cannot be built, FileError if it cannot be written.
@@ -87,7 +94,8 @@ def export(
         raise ParameterError(f"only zig compiles for {listing(names)} on this machine")
     if not path.parent.is_dir():
         raise FileError(f"cannot write {path}: no folder {path.parent}")
-    contents = _contents(plant, inner_step)
+    plant = _as_plant(plant)
+    contents = _contents(plant, solver)
     binaries = {}
     for name in names:
         if compiler == "zig":
@@ -108,38 +116,56 @@ def guid_of(contents: dict[str, bytes]) -> str:
     return "{" + str(uuid.UUID(bytes=_digest(contents)[:16], version=5)) + "}"
 
 
-def _fixed_sources() -> dict[str, bytes]:
-    """Return the C files that are the same for every plant: our wrapper and FMI's headers."""
-    files = {"sources/fmu.c": resources.files(__package__ or "").joinpath("c/fmu.c").read_bytes()}
+def _as_plant(model: Model) -> Plant:
+    if isinstance(model, Plant):
+        return model
+    if isinstance(model, ca.DaeBuilder):
+        from ..models.dae_builder import plant_of
+
+        return plant_of(model)
+    raise ParameterError(f"an FMU is built from a Plant or a casadi.DaeBuilder, not from {model!r}")
+
+
+def _fixed_sources(layout: Layout) -> dict[str, bytes]:
+    """Return the C files that come as they are: our wrapper with the solver, FMI's headers."""
+    method = METHODS[type(layout.solver)]
+    folder = resources.files(__package__ or "").joinpath("c")
+    ours = [
+        name
+        for name in sorted(entry.name for entry in folder.iterdir())
+        if not name.startswith("solver_") and name != "error_norm.h"
+    ]
+    files = {
+        f"sources/{name}": folder.joinpath(name).read_bytes()
+        for name in (*ours, method.source, *method.needs)
+    }
     headers = resources.files("fmpy").joinpath("c-code")
     for name in ("fmi2Functions.h", "fmi2FunctionTypes.h", "fmi2TypesPlatform.h"):
         files[f"sources/{name}"] = headers.joinpath(name).read_bytes()
     return files
 
 
-def _contents(plant: Plant, inner_step: float) -> dict[str, bytes]:
+def _contents(plant: Plant, solver: Solver | None) -> dict[str, bytes]:
     """Return all files of the FMU but the binaries, GUID included."""
-    if not isinstance(plant, Plant):
-        raise ParameterError(f"an FMU is built from a Plant, not from {plant!r}")
-    if not isinstance(inner_step, int | float) or not 1e-9 <= inner_step < float("inf"):
-        raise ParameterError(f"inner_step must be a time from 1e-9 s up, not {inner_step!r}")
-    layout = Layout(plant)
+    layout = Layout(plant, solver)
+    functions = Functions(layout)
     tool = f"railcosim {version('railcosim')}"
     with exact_expressions():
-        equations = layout.equations().serialize()
+        equations = functions.equations.serialize()
     names = {
         "states": [s.name for s in layout.states],
         "inputs": [s.name for s in layout.inputs],
         "parameters": [s.name for s in layout.parameters],
+        "discrete": [s.name for s in layout.discrete],
         "outputs": [s.name for s in layout.outputs],
     }
     contents = {
-        DESCRIPTION: model_description(layout, inner_step, tool).encode(),
-        "sources/plant.c": plant_c(layout).encode(),
-        "sources/plant.h": plant_h(layout, inner_step).encode(),
+        DESCRIPTION: model_description(functions, tool).encode(),
+        "sources/plant.c": plant_c(functions).encode(),
+        "sources/plant.h": plant_h(functions).encode(),
         EQUATIONS: equations.encode(),
         VARIABLES: json.dumps(names, indent=1).encode(),
-        **_fixed_sources(),
+        **_fixed_sources(layout),
     }
     guid = guid_of(contents).encode()
     return {name: data.replace(GUID_MARK.encode(), guid) for name, data in contents.items()}

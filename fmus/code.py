@@ -1,74 +1,189 @@
-"""The generated C of a plant: CasADi's functions and the tables that the wrapper needs."""
+"""The generated C of a plant: CasADi's functions, and the tables that the wrapper needs."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
 
 import casadi as ca
 
 from ..base.errors import BuildError
+from ..models.event import Event
 from ..models.expressions import exact_expressions
-from .layout import INNER_STEP, Layout
+from ..models.solver import DormandPrince, Rodas, RungeKutta4, SemiImplicitEuler, Solver
+from .functions import Functions
+from .layout import SOLVER, Layout, Scalar
 
 GUID_MARK = "@GUID@"
 
 
-def plant_c(layout: Layout) -> str:
-    """Return plant.c: CasADi's C for the right-hand side and the outputs."""
+@dataclass(frozen=True)
+class Method:
+    """How the wrapper carries a solver: its source, slopes to store, whether it adapts its step."""
+
+    source: str
+    stages: int
+    adaptive: bool
+    needs: tuple[str, ...] = ()
+
+
+METHODS: dict[type[Solver], Method] = {
+    RungeKutta4: Method("solver_runge_kutta_4.h", 4, False),
+    SemiImplicitEuler: Method("solver_semi_implicit_euler.h", 1, False),
+    DormandPrince: Method("solver_dormand_prince.h", 7, True, ("error_norm.h",)),
+    Rodas: Method("solver_rodas.h", 7, True, ("error_norm.h",)),
+}
+
+
+def plant_c(functions: Functions) -> str:
+    """Return plant.c: CasADi's C for everything that the wrapper calls."""
     with exact_expressions():
         generator = ca.CodeGenerator("plant.c", {"casadi_int": "int", "with_header": False})
-        generator.add(layout.rhs())
-        generator.add(layout.outputs_function())
+        for function in functions.generated:
+            generator.add(function)
         text = generator.dump()
     if "#error" in text:
-        raise BuildError(f"plant '{layout.plant.name}': CasADi cannot generate C for it")
+        raise BuildError(f"plant '{functions.plant.name}': CasADi cannot generate C for it")
     return text
 
 
-def plant_h(layout: Layout, inner_step: float) -> str:
+def plant_h(functions: Functions) -> str:
     """Return plant.h: counts, argument positions, names, start values, bounds and kinds."""
-    functions = (layout.rhs(), layout.outputs_function())
-    count = len(layout.states)
-    at = [-1, *(layout.scalars_of(v)[0].reference for v in layout.arguments)]
-    lines = [
-        f'#define MODEL_GUID "{GUID_MARK}"',
-        "enum {",
-        f"    N_X = {count}, SIZE_X = {max(count, 1)}, N_VALUES = {layout.count},",
-        f"    FIRST_PARAMETER = {layout.first_parameter}, FIRST_OUTPUT = {layout.first_output},",
-        f"    FIRST_SOLVER = {layout.first_solver}, N_ARGUMENTS = {len(at)},",
-        f"    SIZE_ARG = {max(f.sz_arg() for f in functions)},",
-        f"    SIZE_RES = {max(f.sz_res() for f in functions)},",
-        f"    SIZE_IW = {max(1, *(f.sz_iw() for f in functions))},",
-        f"    SIZE_W = {max(1, *(f.sz_w() for f in functions))}",
-        "};",
-        "enum { SET_ANY_TIME, SET_BEFORE_RUN, COMPUTED };",
-        _array("const int argument_at[N_ARGUMENTS]", [str(a) for a in at]),
+    layout = functions.layout
+    at = [-1, *(layout.scalars_of(v.name)[0].reference for v in functions.arguments)]
+    lines = [f'#define MODEL_GUID "{GUID_MARK}"', *_counts(functions, len(at))]
+    lines += [
+        "enum { SET_ANY_TIME, SET_AT_EVENTS, SET_BEFORE_RUN, COMPUTED };",
+        "enum { RISING, FALLING, BOTH };",
+        _array("const int argument_at[N_ARGUMENTS]", at),
+        _array("const double nominal[SIZE_X]", [_nominal(s) for s in layout.states]),
+        *_values(layout),
+        *_events(functions),
     ]
-    rows = _rows(layout, inner_step)
-    columns = [list(column) for column in zip(*rows, strict=True)]
+    if layout.plant.updates:
+        places = [s.reference for n in layout.plant.updates for s in layout.scalars_of(n)]
+        lines.append(_array("const int update_at[N_UPDATES]", places))
+    if isinstance(layout.solver, SemiImplicitEuler):
+        lines += _halves(layout, layout.solver)
+    return "\n".join(lines) + "\n"
+
+
+def _counts(functions: Functions, arguments: int) -> list[str]:
+    layout, plant = functions.layout, functions.plant
+    made = functions.generated
+    n_x = len(layout.states)
+    n_z = sum(e.size for e in plant.events if e.kind == "state")
+    n_e = sum(e.size for e in plant.events)
+    changes = [sum(c.shape[0] for c in e.changes.values()) for e in plant.events]
+    updates = sum(value.shape[0] for value in plant.updates.values())
+    dense = n_x if isinstance(layout.solver, Rodas) else 1
+    method = METHODS[type(layout.solver)]
+    counts = {
+        "N_X": n_x, "SIZE_X": max(n_x, 1), "N_VALUES": layout.count,
+        "N_U": len(layout.inputs), "SIZE_U": max(len(layout.inputs), 1),
+        "FIRST_INPUT": layout.first_input, "FIRST_PARAMETER": layout.first_parameter,
+        "FIRST_DEPENDENT": layout.first_dependent, "FIRST_DISCRETE": layout.first_discrete,
+        "FIRST_OUTPUT": layout.first_output, "FIRST_SOLVER": layout.first_solver,
+        "N_DEPENDENTS": len(layout.dependents), "N_UPDATES": updates,
+        "N_Z": n_z, "N_E": n_e, "SIZE_E": max(n_e, 1), "N_GROUPS": len(plant.events),
+        "SIZE_CHANGES": max(1, updates, *changes),
+        "ADAPTIVE": int(method.adaptive), "STAGES": method.stages,
+        "SIZE_MATRIX": dense * dense, "SIZE_PIVOT": dense,
+        "N_ARGUMENTS": arguments,
+        "SIZE_ARG": max(f.sz_arg() for f in made), "SIZE_RES": max(f.sz_res() for f in made),
+        "SIZE_IW": max(1, *(f.sz_iw() for f in made)),
+        "SIZE_W": max(1, *(f.sz_w() for f in made)),
+    }  # fmt: skip
+    return [
+        f'#define SOLVER_SOURCE "{method.source}"',
+        *(f"#define {name} {count}" for name, count in counts.items()),
+    ]
+
+
+def _nominal(scalar: Scalar) -> str:
+    nominal = scalar.variable.nominal
+    return "1.0" if nominal is None else repr(nominal[scalar.index])
+
+
+def _values(layout: Layout) -> list[str]:
+    """Return tables of name, kind, start, bounds and type, in value-reference order."""
+    rows = [_row(scalar) for scalar in layout.scalars]
+    for name, (_, value) in layout.settings.items():
+        low = "1e-9" if name == "inner_step" else "1e-15"
+        head = (f'"{SOLVER}{name}"', "SET_BEFORE_RUN", repr(value), low)
+        rows.append((*head, "HUGE_VAL", "0", "0"))
     heads = (
         "const char *const variable_name[N_VALUES]",
         "const unsigned char kind[N_VALUES]",
         "const double start_value[N_VALUES]",
         "const double minimum[N_VALUES]",
         "const double maximum[N_VALUES]",
+        "const unsigned char is_integer[N_VALUES]",
+        "const unsigned char is_output[N_VALUES]",
     )
-    lines += [_array(head, column) for head, column in zip(heads, columns, strict=True)]
-    return "\n".join(lines) + "\n"
+    columns = zip(*rows, strict=True)
+    return [_array(head, column) for head, column in zip(heads, columns, strict=True)]
 
 
-def _rows(layout: Layout, inner_step: float) -> list[tuple[str, str, str, str, str]]:
-    """Return (name, kind, start, minimum, maximum) of every value, in value-reference order."""
-    rows = []
-    blocks = (layout.states, layout.derivatives, layout.inputs, layout.parameters, layout.outputs)
-    for scalar in (s for block in blocks for s in block):
-        v, i = scalar.variable, scalar.index
-        computed = scalar.derivative_of is not None or v.kind == "output"
-        free = v.kind == "input" or v.variability == "tunable"
-        start = 0.0 if computed or v.start is None else v.start[i]
-        low = "-HUGE_VAL" if v.minimum is None else repr(v.minimum[i])
-        high = "HUGE_VAL" if v.maximum is None else repr(v.maximum[i])
-        kind = "COMPUTED" if computed else "SET_ANY_TIME" if free else "SET_BEFORE_RUN"
-        rows.append((f'"{scalar.name}"', kind, repr(start), low, high))
-    rows.append((f'"{INNER_STEP}"', "SET_BEFORE_RUN", repr(inner_step), "1e-9", "HUGE_VAL"))
-    return rows
+def _row(scalar: Scalar) -> tuple[str, ...]:
+    v, i = scalar.variable, scalar.index
+    if scalar.is_computed:
+        kind = "COMPUTED"
+    elif v.kind == "input":
+        kind = "SET_ANY_TIME"
+    else:
+        kind = "SET_AT_EVENTS" if v.variability == "tunable" else "SET_BEFORE_RUN"
+    start = 0.0 if scalar.is_computed or v.start is None else v.start[i]
+    low = "-HUGE_VAL" if v.minimum is None else repr(v.minimum[i])
+    high = "HUGE_VAL" if v.maximum is None else repr(v.maximum[i])
+    is_output = scalar.derivative_of is None and (v.exposed or v.kind == "output")
+    flags = (str(int(v.kind == "mode")), str(int(is_output)))
+    return (f'"{scalar.name}"', kind, repr(start), low, high, *flags)
 
 
-def _array(head: str, items: list[str]) -> str:
-    return f"static {head} = {{\n    " + ",\n    ".join(items) + "\n};"
+def _events(functions: Functions) -> list[str]:
+    """Return the tables of events: by element, by group, and what each group changes."""
+    groups = functions.plant.events
+    if not groups:
+        return []
+    ordered = [e for kind in ("state", "time") for e in groups if e.kind == kind]
+    first, place = {}, 0
+    for event in ordered:
+        first[event.name] = place
+        place += event.size
+    elements = [(n, e.direction.upper()) for e in ordered for n in e.element_names]
+    targets = [_targets(functions.layout, event) for event in groups]
+    ends = [sum(len(t) for t in targets[:i]) for i in range(len(groups) + 1)]
+    flat = [t for group in targets for t in group]
+    return [
+        _array("const char *const event_name[N_E]", [f'"{n}"' for n, _ in elements]),
+        _array("const unsigned char direction[N_E]", [d for _, d in elements]),
+        _array("const int group_first[N_GROUPS]", [first[e.name] for e in groups]),
+        _array("const int group_size[N_GROUPS]", [e.size for e in groups]),
+        _array("const int group_changes[N_GROUPS + 1]", ends),
+        _array(f"const int change_at[{len(flat)}]", [at for at, _ in flat]),
+        _array(f"const int change_element[{len(flat)}]", [element for _, element in flat]),
+        "typedef int (*Change)(const double **, double **, casadi_int *, double *, int);",
+        _array("const Change group_change[N_GROUPS]", [f.name() for f in functions.changes]),
+    ]
+
+
+def _targets(layout: Layout, event: Event) -> list[tuple[int, int]]:
+    """Return (value reference, element of the event or -1) of each value that it changes."""
+    return [
+        (scalar.reference, scalar.index if event.size > 1 else -1)
+        for name in event.changes
+        for scalar in layout.scalars_of(name)
+    ]
+
+
+def _halves(layout: Layout, solver: SemiImplicitEuler) -> list[str]:
+    positions = [s.reference for s in layout.states if s.variable.name in solver.positions]
+    others = [s.reference for s in layout.states if s.variable.name not in solver.positions]
+    return [
+        f"#define N_OTHERS {len(others)}",
+        _array(f"const int others_at[{max(len(others), 1)}]", others),
+        _array(f"const int positions_at[{max(len(positions), 1)}]", positions),
+    ]
+
+
+def _array(head: str, items: Sequence[object]) -> str:
+    return f"static {head} = {{\n    " + ",\n    ".join(map(str, items or [0])) + "\n};"

@@ -1,17 +1,32 @@
 """modelDescription.xml of a plant's FMU."""
 
+from collections.abc import Iterable
 from xml.etree import ElementTree as ET
 
 from ..base import units
+from ..models.plant import Plant
 from .code import GUID_MARK
-from .layout import INNER_STEP, Layout, Scalar
+from .functions import Functions
+from .layout import SOLVER, Layout, Scalar
 
-LOG_CATEGORIES = ("logStatusWarning", "logStatusError", "logAll")
+LOG_CATEGORIES = {
+    "logEvents": "every event that fires, with its time",
+    "logStatusWarning": "values outside their bounds",
+    "logStatusDiscard": "requests that were not carried out",
+    "logStatusError": "errors",
+    "logStatusFatal": "errors after which nothing works",
+    "logAll": "all of these",
+}
+_SETTINGS = {
+    "inner_step": ("largest inner step of the solver", "s", "1e-09"),
+    "relative_tolerance": ("tolerated error of a step, relative to the state", "1", "1e-15"),
+    "absolute_tolerance": ("tolerated error of a step, in nominal values", "1", "1e-15"),
+}
 
 
-def model_description(layout: Layout, inner_step: float, tool: str) -> str:
+def model_description(functions: Functions, tool: str) -> str:
     """Return the XML text, with GUID_MARK where the GUID belongs."""
-    plant = layout.plant
+    layout, plant = functions.layout, functions.plant
     root = ET.Element(
         "fmiModelDescription",
         fmiVersion="2.0",
@@ -20,22 +35,13 @@ def model_description(layout: Layout, inner_step: float, tool: str) -> str:
         description=plant.description,
         generationTool=tool,
         variableNamingConvention="structured",
-        numberOfEventIndicators="0",
+        numberOfEventIndicators=str(sum(e.size for e in plant.events if e.kind == "state")),
     )
-    kind = ET.SubElement(
-        root,
-        "CoSimulation",
-        modelIdentifier=plant.name,
-        canHandleVariableCommunicationStepSize="true",
-        canNotUseMemoryManagementFunctions="true",
-        canGetAndSetFMUstate="true",
-        canSerializeFMUstate="true",
-    )
-    ET.SubElement(ET.SubElement(kind, "SourceFiles"), "File", name="fmu.c")
+    _interfaces(root, plant)
     _units(root, layout)
     categories = ET.SubElement(root, "LogCategories")
-    for name in LOG_CATEGORIES:
-        ET.SubElement(categories, "Category", name=name)
+    for name, text in LOG_CATEGORIES.items():
+        ET.SubElement(categories, "Category", name=name, description=text)
     ET.SubElement(
         root,
         "DefaultExperiment",
@@ -43,10 +49,33 @@ def model_description(layout: Layout, inner_step: float, tool: str) -> str:
         stopTime=repr(plant.stop),
         stepSize=repr(plant.step),
     )
-    index = _variables(root, layout, inner_step)
-    _structure(root, layout, index)
+    index = _variables(root, layout)
+    _structure(root, functions, index)
     ET.indent(root)
     return '<?xml version="1.0" encoding="UTF-8"?>\n' + ET.tostring(root, encoding="unicode") + "\n"
+
+
+def _interfaces(root: ET.Element, plant: Plant) -> None:
+    """Write <ModelExchange> and <CoSimulation>, with what both can do."""
+    both = {
+        "modelIdentifier": plant.name,
+        "canNotUseMemoryManagementFunctions": "true",
+        "canGetAndSetFMUstate": "true",
+        "canSerializeFMUstate": "true",
+        "providesDirectionalDerivative": "true",
+    }
+    steps = "false" if plant.events or plant.updates else "true"
+    exchange = ET.SubElement(root, "ModelExchange", both, completedIntegratorStepNotNeeded=steps)
+    co_simulation = ET.SubElement(
+        root,
+        "CoSimulation",
+        both,
+        canHandleVariableCommunicationStepSize="true",
+        canInterpolateInputs="true",
+        maxOutputDerivativeOrder="1",
+    )
+    for element in (exchange, co_simulation):
+        ET.SubElement(ET.SubElement(element, "SourceFiles"), "File", name="fmu.c")
 
 
 def derivative_unit(unit: str) -> str:
@@ -71,7 +100,7 @@ def _unit_of(scalar: Scalar) -> str:
 
 
 def _units(root: ET.Element, layout: Layout) -> None:
-    names = {"s"} | {v.unit for v in layout.plant.variables()}
+    names = {"1", "s"} | {v.unit for v in layout.plant.variables()}
     names |= {derivative_unit(v.unit) for v in layout.plant.variables("state")}
     definitions = ET.SubElement(root, "UnitDefinitions")
     for name in sorted(names):
@@ -80,86 +109,102 @@ def _units(root: ET.Element, layout: Layout) -> None:
         ET.SubElement(unit, "BaseUnit", attributes)
 
 
-def _variables(root: ET.Element, layout: Layout, inner_step: float) -> dict[int, int]:
+def _variables(root: ET.Element, layout: Layout) -> dict[int, int]:
     """Write <ModelVariables>; return the 1-based index of each value reference."""
     element = ET.SubElement(root, "ModelVariables")
     index: dict[int, int] = {}
-    blocks = (layout.inputs, layout.outputs, layout.states, layout.derivatives, layout.parameters)
+    resets = {name for event in layout.plant.events for name in event.changes}
+    blocks = (
+        layout.inputs, layout.outputs, layout.states, layout.derivatives, layout.discrete,
+        layout.parameters, layout.dependents,
+    )  # fmt: skip
     for number, scalar in enumerate((s for block in blocks for s in block), start=1):
         index[scalar.reference] = number
-        _scalar(element, layout, scalar, index)
-    solver = ET.SubElement(
-        element,
-        "ScalarVariable",
-        name=INNER_STEP,
-        valueReference=str(layout.first_solver),
-        description="largest inner step of the Runge-Kutta solver",
-        causality="parameter",
-        variability="fixed",
-        initial="exact",
-    )
-    ET.SubElement(solver, "Real", unit="s", start=repr(inner_step), min="1e-9")
+        _scalar(element, scalar, index, resets)
+    for name, (reference, value) in layout.settings.items():
+        description, unit, low = _SETTINGS[name]
+        setting = ET.SubElement(
+            element,
+            "ScalarVariable",
+            name=f"{SOLVER}{name}",
+            valueReference=str(reference),
+            description=description,
+            causality="parameter",
+            variability="fixed",
+            initial="exact",
+        )
+        ET.SubElement(setting, "Real", unit=unit, start=repr(value), min=low)
     return index
 
 
-def _scalar(element: ET.Element, layout: Layout, scalar: Scalar, index: dict[int, int]) -> None:
+def _causality(scalar: Scalar) -> str:
+    v = scalar.variable
+    if scalar.derivative_of is not None:
+        return "local"
+    if v.kind == "output" or v.exposed:
+        return "output"
+    names = {"parameter": "parameter", "dependent": "calculatedParameter", "input": "input"}
+    return names.get(v.kind, "local")
+
+
+def _scalar(element: ET.Element, scalar: Scalar, index: dict[int, int], resets: set[str]) -> None:
     v, i = scalar.variable, scalar.index
-    derivative = scalar.derivative_of is not None
-    is_output = v.kind == "output" or (v.name in layout.plant.output_states and not derivative)
-    computed = derivative or v.kind == "output"
-    causality = (
-        "parameter" if v.kind == "parameter" else "input" if v.kind == "input"
-        else "output" if is_output else "local"
-    )  # fmt: skip
     attributes = {"name": scalar.name, "valueReference": str(scalar.reference)}
-    if v.description and not derivative:
+    if v.description and scalar.derivative_of is None:
         attributes["description"] = v.description
-    attributes["causality"] = causality
+    attributes["causality"] = _causality(scalar)
     attributes["variability"] = v.variability
     if v.kind != "input":
-        attributes["initial"] = "calculated" if computed else "exact"
+        attributes["initial"] = "calculated" if scalar.is_computed else "exact"
+    parent = ET.SubElement(element, "ScalarVariable", attributes)
+    if v.kind == "mode":
+        numbers = {"min": v.minimum, "max": v.maximum, "start": v.start}
+        values = {k: str(int(n[i])) for k, n in numbers.items() if n is not None}
+        ET.SubElement(parent, "Integer", values)
+        return
     real = {"unit": _unit_of(scalar)}
     if scalar.derivative_of is not None:
         real["derivative"] = str(index[scalar.derivative_of])
     else:
         bounds = {"min": v.minimum, "max": v.maximum, "nominal": v.nominal}
         real |= {key: repr(numbers[i]) for key, numbers in bounds.items() if numbers is not None}
-        if not computed and v.start is not None:
+        if not scalar.is_computed and v.start is not None:
             real["start"] = repr(v.start[i])
-    ET.SubElement(ET.SubElement(element, "ScalarVariable", attributes), "Real", real)
+        if v.kind == "state" and v.name in resets:
+            real["reinit"] = "true"
+    ET.SubElement(parent, "Real", real)
 
 
-def _structure(root: ET.Element, layout: Layout, index: dict[int, int]) -> None:
+def _structure(root: ET.Element, functions: Functions, index: dict[int, int]) -> None:
     """Write <ModelStructure>: what depends on what, from the sparsity of the Jacobians."""
+    layout = functions.layout
     known = {s.reference for s in (*layout.states, *layout.inputs)}
-    rows = dict(
-        zip(
-            (s.reference for s in (*layout.derivatives, *layout.outputs)),
-            (
-                *layout.dependencies(layout.rhs()),
-                *layout.dependencies(layout.outputs_function()),
-            ),
-            strict=True,
-        )
+    blocks = (
+        (layout.derivatives, functions.rhs),
+        (layout.outputs, functions.outputs),
+        (layout.dependents, functions.dependents),
     )
-    output_states = [s for s in layout.states if s.variable.name in layout.plant.output_states]
+    rows = {
+        scalar.reference: row
+        for scalars, function in blocks
+        if scalars
+        for scalar, row in zip(scalars, functions.dependencies(function), strict=True)
+    }
     structure = ET.SubElement(root, "ModelStructure")
 
-    def unknown(parent: ET.Element, reference: int, depends: list[int]) -> None:
+    def unknown(parent: ET.Element, reference: int, depends: Iterable[int]) -> None:
         numbers = " ".join(str(n) for n in sorted(index[d] for d in depends))
         ET.SubElement(parent, "Unknown", index=str(index[reference]), dependencies=numbers)
 
     outputs = ET.SubElement(structure, "Outputs")
     for scalar in layout.outputs:
-        row = [r for r in rows[scalar.reference] if r in known]
-        unknown(outputs, scalar.reference, row)
-    for scalar in output_states:
-        unknown(outputs, scalar.reference, [scalar.reference])
+        unknown(outputs, scalar.reference, known.intersection(rows[scalar.reference]))
+    for scalar in layout.exposed:
+        unknown(outputs, scalar.reference, known & {scalar.reference})
     if layout.derivatives:
         derivatives = ET.SubElement(structure, "Derivatives")
         for scalar in layout.derivatives:
-            row = [r for r in rows[scalar.reference] if r in known]
-            unknown(derivatives, scalar.reference, row)
+            unknown(derivatives, scalar.reference, known.intersection(rows[scalar.reference]))
     if rows:
         initial = ET.SubElement(structure, "InitialUnknowns")
         for reference in sorted(rows, key=lambda r: index[r]):

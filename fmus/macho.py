@@ -13,19 +13,20 @@ def universal_library(slices: list[bytes]) -> bytes:
     """Return a universal library of 64-bit Mach-O slices, each at a page boundary.
 
     The header (big-endian) holds a count and, for each slice, CPU type, subtype, offset, size
-    and alignment, which are read from the slices themselves. Raise BuildError for a slice that
-    is no 64-bit Mach-O file.
+    and alignment, which are read from the slices themselves. A slice's bytes stay as they are, so
+    its code signature (zig signs arm64 ad hoc; macOS loads no other) holds. Nothing follows the
+    last slice: macOS takes a tail for tampering. Raise BuildError for a slice that is no 64-bit
+    Mach-O file.
     """
     page = 1 << _ALIGNMENT
     header = struct.pack(">II", _FAT_MAGIC, len(slices))
-    body = b""
-    offset = page
+    library = bytearray(page)
     for data in slices:
-        magic, cpu, subtype = struct.unpack_from("<III", data)
-        if magic != _MACH_O_64:
+        if len(data) < 12 or struct.unpack_from("<I", data)[0] != _MACH_O_64:
             raise BuildError("the compiler's output is not a 64-bit Mach-O library")
-        header += struct.pack(">5I", cpu, subtype, offset, len(data), _ALIGNMENT)
-        padding = -len(data) % page
-        body += data + b"\0" * padding
-        offset += len(data) + padding
-    return header.ljust(page, b"\0") + body
+        cpu, subtype = struct.unpack_from("<II", data, 4)
+        library += bytes(-len(library) % page)
+        header += struct.pack(">5I", cpu, subtype, len(library), len(data), _ALIGNMENT)
+        library += data
+    library[: len(header)] = header
+    return bytes(library)

@@ -1,28 +1,24 @@
-"""`Plant`: variables with units and equations in CasADi, checked as they are declared."""
+"""`Plant`: variables with units, equations and events in CasADi, checked as they are declared."""
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from contextlib import ExitStack
 from types import TracebackType
 from typing import Any, Self
 
 import casadi as ca
 
-from ..base import units
-from ..base.errors import DeclarationError, UnitError, listing, suggest
-from .expressions import exact_expressions, has_nan_constant
-from .variable import (
-    KINDS,
-    Kind,
-    Number,
-    Variability,
-    Variable,
-    check_bounds,
-    check_name,
-    elements,
-)
+from ..base.errors import DeclarationError, listing
+from .declarations import Declarations
+from .event import DIRECTIONS, Direction, Event, check_changes, sized
+from .expressions import exact_expressions
+from .solver import RungeKutta4, SemiImplicitEuler, Solver
+from .variable import KINDS, Number, check_name
+
+_PARAMETERS = ("parameter", "dependent")
+_LARGEST = 2**31  # FMI's integers have 32 bits
 
 
-class Plant:
+class Plant(Declarations):
     """A plant's declaration. Everything is declared inside a `with` block::
 
         with Plant("cart", description="A cart on a track") as plant:
@@ -34,10 +30,17 @@ class Plant:
     The block's end checks that every state has its equation; afterwards the plant is read-only.
     A mistake raises DeclarationError (UnitError for an unknown unit) where it is made. `stop` and
     `step` (s) are the default experiment, which tools use when they are told nothing else.
+    `solver` is the solver inside its co-simulation FMU.
     """
 
     def __init__(
-        self, name: str, *, description: str = "", stop: float = 10.0, step: float = 0.05
+        self,
+        name: str,
+        *,
+        description: str = "",
+        stop: float = 10.0,
+        step: float = 0.05,
+        solver: Solver | None = None,
     ) -> None:
         check_name(name, f"plant '{name}'")
         if "." in name:
@@ -45,16 +48,11 @@ class Plant:
         for value, what in ((stop, "stop"), (step, "step")):
             if not 0.0 < value < float("inf"):
                 raise DeclarationError(f"plant '{name}': {what} must be a positive time in s")
-        self.name = name
+        super().__init__(name)
         self.description = description
         self.stop = float(stop)
         self.step = float(step)
-        self.time = ca.MX.sym("time")
-        self._variables: dict[str, Variable] = {}
-        self._derivatives: dict[str, ca.MX] = {}
-        self._outputs: dict[str, ca.MX] = {}
-        self._output_states: list[str] = []
-        self._complete = False
+        self.solver = RungeKutta4() if solver is None else solver
         self._exact = ExitStack()
 
     def __enter__(self) -> Self:
@@ -73,7 +71,9 @@ class Plant:
             self._finish()
 
     def __repr__(self) -> str:
-        counts = ", ".join(f"{len(self.variables(kind))} {kind}s" for kind in KINDS)
+        found = {kind: len(self.variables(kind)) for kind in KINDS}
+        plurals = {"memory": "memories"}
+        counts = ", ".join(f"{n} {plurals.get(k, k + 's')}" for k, n in found.items() if n)
         return f"Plant({self.name!r}: {counts})"
 
     # Declaring
@@ -130,10 +130,75 @@ class Plant:
     ) -> Any:
         """Declare a continuous state and return its symbol; `output=True` makes it a port too."""
         bounds = (start, minimum, maximum, nominal)
-        symbol = self._declare(name, "state", unit, bounds, size, "continuous", description)
-        if output:
-            self._output_states.append(name)
+        return self._declare(name, "state", unit, bounds, size, "continuous", description, output)
+
+    def dependent(self, name: str, expression: Any, *, unit: str, description: str = "") -> Any:
+        """Declare a dependent parameter, computed from parameters, and return its symbol.
+
+        It is computed when a parameter is set, not at every step. It may use parameters and
+        dependents declared before it.
+        """
+        where = f"dependent '{name}'"
+        value = self._expression(expression, where)
+        used = [self._of_symbol(s) for s in ca.symvar(value)]
+        wrong = [v.name if v else "time" for v in used if v is None or v.kind not in _PARAMETERS]
+        if wrong:
+            raise DeclarationError(
+                f"plant '{self.name}', {where} depends on '{wrong[0]}'; only parameters are allowed"
+            )
+        earlier = [v for v in used if v is not None and v.kind == "dependent"]
+        # In parameters alone, so that one function of the parameters computes all of them.
+        value = ca.substitute(
+            [value], [v.symbol for v in earlier], [self._dependents[v.name] for v in earlier]
+        )[0]
+        size = None if value.is_scalar() else value.shape[0]
+        tunable = any(v is not None and v.variability == "tunable" for v in used)
+        variability = "tunable" if tunable else "fixed"
+        none = (None, None, None, None)
+        symbol = self._declare(name, "dependent", unit, none, size, variability, description)
+        self._dependents[name] = value
         return symbol
+
+    def mode(
+        self,
+        name: str,
+        *,
+        start: int | Iterable[int] = 0,
+        minimum: int | None = None,
+        maximum: int | None = None,
+        size: int | None = None,
+        output: bool = False,
+        description: str = "",
+    ) -> Any:
+        """Declare an integer that changes only at events, and return its symbol."""
+        bounds = (start, minimum, maximum, None)
+        symbol = self._declare(name, "mode", "1", bounds, size, "discrete", description, output)
+        variable = self._variables[name]
+        for numbers in (variable.start, variable.minimum, variable.maximum):
+            if any(n != int(n) or abs(n) >= _LARGEST for n in numbers or ()):
+                del self._variables[name]
+                raise DeclarationError(f"plant '{self.name}', mode '{name}': modes are integers")
+        return symbol
+
+    def memory(
+        self,
+        name: str,
+        *,
+        unit: str,
+        start: Number = 0.0,
+        minimum: Number | None = None,
+        maximum: Number | None = None,
+        nominal: Number | None = None,
+        size: int | None = None,
+        output: bool = False,
+        description: str = "",
+    ) -> Any:
+        """Declare a stored real and return its symbol.
+
+        It changes at events, and after inner steps if it has an `update`; it is held in between.
+        """
+        bounds = (start, minimum, maximum, nominal)
+        return self._declare(name, "memory", unit, bounds, size, "discrete", description, output)
 
     def output(
         self,
@@ -156,13 +221,7 @@ class Plant:
     def der(self, state: Any, expression: Any) -> None:
         """Give a state's time derivative, in the state's unit per second."""
         self._open("der")
-        variable = self._of_symbol(state)
-        if variable is None or variable.kind != "state":
-            given = f"{variable.kind} '{variable.name}'" if variable else f"'{state}'"
-            raise DeclarationError(
-                f"plant '{self.name}': der() needs a declared state, not {given}; "
-                f"states: {listing(v.name for v in self.variables('state'))}"
-            )
+        variable = self._required(state, "state", "der()")
         if variable.name in self._derivatives:
             raise DeclarationError(
                 f"plant '{self.name}': der({variable.name}) is given twice; keep one equation"
@@ -177,102 +236,93 @@ class Plant:
             )
         self._derivatives[variable.name] = value
 
-    # Reading
+    def update(self, memory: Any, expression: Any) -> None:
+        """Give a memory's value after each inner step, from all values at the step's end.
 
-    def variables(self, *kinds: Kind) -> tuple[Variable, ...]:
-        """Return the variables of these kinds (all without any), in the order of declaration."""
-        return tuple(v for v in self._variables.values() if not kinds or v.kind in kinds)
+        For what is path-dependent, such as hysteresis: the step is the solver's, so the result
+        must converge with it.
+        """
+        self._open("update")
+        variable = self._required(memory, "memory", "update()")
+        if variable.name in self._updates:
+            raise DeclarationError(f"plant '{self.name}': update({variable.name}) is given twice")
+        what = f"update({variable.name})"
+        value = self._expression(expression, what)
+        self._updates[variable.name] = sized(value, variable.length, f"plant '{self.name}', {what}")
 
-    @property
-    def output_states(self) -> tuple[str, ...]:
-        """Names of the states that are outputs as well."""
-        return tuple(self._output_states)
-
-    @property
-    def derivatives(self) -> Mapping[str, ca.MX]:
-        """The right-hand side of each state, by its name."""
-        self.require_complete()
-        return self._derivatives
-
-    @property
-    def outputs(self) -> Mapping[str, ca.MX]:
-        """The expression of each computed output, by its name."""
-        self.require_complete()
-        return self._outputs
-
-    def require_complete(self) -> None:
-        """Raise DeclarationError unless the declaration has been finished."""
-        if not self._complete:
-            raise DeclarationError(
-                f"plant '{self.name}' is not finished: declare it inside 'with Plant(…) as plant:'"
-            )
-
-    # Checking
-
-    def _open(self, what: str) -> None:
-        if self._complete:
-            raise DeclarationError(
-                f"plant '{self.name}': '{what}' comes after the declaration's end; "
-                "move it into the 'with' block"
-            )
-
-    def _declare(
+    def event(
         self,
         name: str,
-        kind: Kind,
-        unit: str,
-        bounds: tuple[Number | None, ...],
-        size: int | None,
-        variability: Variability,
-        description: str,
-    ) -> ca.MX:
-        where = f"plant '{self.name}', {kind} '{name}'"
-        self._open(name)
-        check_name(name, where)
-        if name in self._variables or name == "time":
-            other = self._variables[name].kind if name in self._variables else "the independent"
-            raise DeclarationError(f"{where}: the name is taken ({other} variable)")
-        try:
-            units.parse(unit)
-        except UnitError as error:
-            raise UnitError(f"{where}: {error}") from None
-        if size is not None and (type(size) is not int or size < 1):
-            raise DeclarationError(f"{where}: size must be a whole number from 1, not {size!r}")
-        if any(ord(c) < 32 for c in description):
-            raise DeclarationError(f"{where}: the description holds a line break or control code")
-        start, low, high, nominal = (elements(b, size, where) for b in bounds)
-        check_bounds(where, start, low, high, nominal)
-        symbol = ca.MX.sym(name, size or 1)
-        self._variables[name] = Variable(
-            name, kind, unit, description, size, start, low, high, nominal, variability, symbol
-        )
-        return symbol
+        crossing: Any,
+        *,
+        direction: Direction,
+        changes: Mapping[Any, Any],
+        when: Any = 1.0,
+        description: str = "",
+    ) -> None:
+        """Declare a state event: it fires when `crossing` passes zero while `when` holds.
 
-    def _expression(self, expression: Any, where: str) -> ca.MX:
-        where = f"plant '{self.name}', {where}"
-        try:
-            value = ca.densify(ca.MX(expression))
-        except (NotImplementedError, TypeError, RuntimeError):
-            kind = type(expression).__name__
-            raise DeclarationError(f"{where}: a {kind} is not a CasADi MX expression") from None
-        if value.shape[1] != 1:
-            raise DeclarationError(f"{where}: shape {value.shape} is not a column vector")
-        known = {v.symbol.__hash__() for v in self._variables.values()} | {self.time.__hash__()}
-        for symbol in ca.symvar(value):
-            if symbol.__hash__() not in known:
-                hint = suggest(symbol.name(), self._variables)
-                raise DeclarationError(f"{where} uses '{symbol.name()}', not declared here{hint}")
-        if has_nan_constant(value):
+        "rising" fires when crossing > 0 becomes true, "falling" when crossing < 0 does, "both"
+        when its sign changes. What holds already at the start, or comes true through another
+        event, an input or a parameter, fires too ("both" not at the start). `when` may use modes,
+        memories and parameters. `changes` maps states, modes and memories to their new values,
+        all computed from the values before the event. A vector `crossing` makes one event for
+        each element, which changes its own elements of vectors. Where several fire at once, the
+        one declared first goes first, and the others follow if they still hold.
+        """
+        if direction not in DIRECTIONS:
             raise DeclarationError(
-                f"{where} holds a NaN: use CasADi's functions on symbols, not math's or float()"
+                f"plant '{self.name}', event '{name}': direction must be one of "
+                f"{listing(DIRECTIONS)}, not {direction!r}"
             )
-        return value
+        self._event(name, "state", crossing, direction, when, changes, description)
 
-    def _of_symbol(self, symbol: Any) -> Variable | None:
-        if not isinstance(symbol, ca.MX):
-            return None
-        found = (v for v in self._variables.values() if ca.is_equal(v.symbol, symbol))
-        return next(found, None)
+    def time_event(
+        self,
+        name: str,
+        at: Any,
+        *,
+        changes: Mapping[Any, Any],
+        when: Any = 1.0,
+        description: str = "",
+    ) -> None:
+        """Declare a time event: it fires when the time reaches `at` (s) while `when` holds.
+
+        `at` and `when` may use modes, memories and parameters: an event that moves a memory in
+        `at` onwards repeats. The solver steps exactly onto that time.
+        """
+        self._event(name, "time", at, "rising", when, changes, description)
+
+    def _event(
+        self,
+        name: str,
+        kind: Any,
+        expression: Any,
+        direction: Direction,
+        when: Any,
+        changes: Mapping[Any, Any],
+        description: str,
+    ) -> None:
+        self._open(name)
+        what = f"event '{name}'"
+        where = f"plant '{self.name}', {what}"
+        check_name(name, where)
+        if name in self._events:
+            raise DeclarationError(f"{where}: the name is taken by another event")
+        of = self._settled if kind == "time" else self._expression
+        value = of(expression, f"{what}: its {'time' if kind == 'time' else 'crossing'}")
+        guard = sized(self._settled(when, f"{what}: when"), value.shape[0], f"{where}: when")
+        targets = {}
+        for symbol, change in changes.items():
+            variable = self._of_symbol(symbol)
+            if variable is None:
+                raise DeclarationError(f"{where} changes '{symbol}', which is not declared here")
+            targets[variable] = self._expression(change, f"{what}: change of '{variable.name}'")
+        size = value.shape[0]
+        found = check_changes(where, size, targets)
+        self._events[name] = Event(name, kind, size, value, direction, guard, found, description)
+
+    # Finishing
 
     def _finish(self) -> None:
         missing = [v.name for v in self.variables("state") if v.name not in self._derivatives]
@@ -281,8 +331,26 @@ class Plant:
                 f"plant '{self.name}': no equation der(…) for {listing(missing)}; "
                 "every state needs one"
             )
-        if not self._output_states and not self._outputs:
+        if not self._outputs and not any(v.exposed for v in self.variables()):
             raise DeclarationError(
                 f"plant '{self.name}' has no output; use state(…, output=True) or output(…)"
             )
+        self.check_solver(self.solver)
         self._complete = True
+
+    def check_solver(self, solver: Solver) -> None:
+        """Raise DeclarationError if a solver does not fit the plant."""
+        if not isinstance(solver, Solver):
+            raise DeclarationError(
+                f"plant '{self.name}': the solver must be one of railcosim.models.solver's, "
+                f"not {solver!r}"
+            )
+        if not isinstance(solver, SemiImplicitEuler):
+            return
+        states = [v.name for v in self.variables("state")]
+        unknown = [name for name in solver.positions if name not in states]
+        if unknown or not solver.positions:
+            raise DeclarationError(
+                f"plant '{self.name}': SemiImplicitEuler's positions must be states, not "
+                f"{listing(unknown)}; states: {listing(states)}"
+            )

@@ -11,13 +11,17 @@ import casadi as ca
 
 from ..base.errors import DeclarationError
 
-Kind = Literal["input", "parameter", "state", "output"]
-Variability = Literal["continuous", "fixed", "tunable"]
-KINDS: tuple[Kind, ...] = ("input", "parameter", "state", "output")
+Kind = Literal["input", "parameter", "dependent", "state", "mode", "memory", "output"]
+Variability = Literal["continuous", "discrete", "fixed", "tunable"]
+KINDS: tuple[Kind, ...] = (
+    "input", "parameter", "dependent", "state", "mode", "memory", "output"
+)  # fmt: skip
 Number = float | Iterable[float]
 
-# FMI's structured naming convention, without array indices (size makes those) and quoted names.
-_NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_]*(\.[A-Za-z_][A-Za-z0-9_]*)*")
+# FMI's structured naming convention, without quoted names. Array indices come from the size; an
+# empty pair of brackets says where they go if not at the end.
+_PART = r"[A-Za-z_]\w*(\[\])?"
+_NAME = re.compile(rf"{_PART}(\.{_PART})*", re.ASCII)
 RESERVED = "solver."
 
 
@@ -26,6 +30,7 @@ class Variable:
     """A declared variable: `size` None means a scalar, a number a vector of that length.
 
     `start`, `minimum`, `maximum` and `nominal` hold one number for each element (or are None).
+    `exposed` says that a state, mode or memory is an output as well.
     """
 
     name: str
@@ -39,6 +44,7 @@ class Variable:
     nominal: tuple[float, ...] | None
     variability: Variability
     symbol: ca.MX
+    exposed: bool = False
 
     @property
     def length(self) -> int:
@@ -47,19 +53,22 @@ class Variable:
 
     @property
     def element_names(self) -> tuple[str, ...]:
-        """Scalar names: "speed", or "force[1]", "force[2]", …"""
+        """Scalar names: "speed"; "force[1]", "force[2]", …; "vehicle[1].v" for "vehicle[].v"."""
         if self.size is None:
             return (self.name,)
-        return tuple(f"{self.name}[{i + 1}]" for i in range(self.size))
+        pattern = self.name if "[]" in self.name else f"{self.name}[]"
+        return tuple(pattern.replace("[]", f"[{i + 1}]") for i in range(self.size))
 
 
-def check_name(name: str, where: str) -> None:
+def check_name(name: str, where: str, size: int | None = None) -> None:
     """Raise DeclarationError for a name that FMI forbids or the solver uses."""
-    if not isinstance(name, str) or not _NAME.fullmatch(name):
+    if not isinstance(name, str) or not _NAME.fullmatch(name) or name.count("[]") > 1:
         raise DeclarationError(
             f"{where}: FMI's structured names are letters, digits and _ with dots between, "
             "and do not start with a digit"
         )
+    if "[]" in name and size is None:
+        raise DeclarationError(f"{where}: '[]' in a name stands for an index; give a size")
     if f"{name}.".startswith(RESERVED):
         raise DeclarationError(f"{where}: names that begin with '{RESERVED}' are the solver's")
 
