@@ -20,12 +20,17 @@ def braking(*, solver: Solver = COARSE) -> Plant:
         x = plant.state("position", unit="m", output=True)
         v = plant.state("speed", unit="m/s", start=20.0, output=True, nominal=10.0)
         mode = plant.mode("mode", minimum=0, maximum=1, output=True)
+        stopped = plant.memory("stopped", unit="s", start=-1.0, output=True)
         push = drive - (brake + holding + drag * v * v)
         plant.der(x, v)
         plant.der(v, ca.if_else(mode == MOVING, push / mass, 0.0))
         plant.output("acceleration", ca.if_else(mode == MOVING, push / mass, 0.0), unit="m/s2")
         plant.event(
-            "stop", v, direction="falling", when=mode == MOVING, changes={mode: STANDING, v: 0.0}
+            "stop",
+            v,
+            direction="falling",
+            when=mode == MOVING,
+            changes={mode: STANDING, v: 0.0, stopped: plant.time},
         )
         plant.event(
             "release",
@@ -101,9 +106,7 @@ def counters(*, frequency: float = 1.0, solver: Solver = COARSE) -> Plant:
         plant.der(y, -w * x)
         plant.event("rise", x - level, direction="rising", changes={up: up + 1})
         plant.event("fall", x - level, direction="falling", changes={down: down + 1})
-        plant.event(
-            "pass", x - level, direction="both", changes={both: both + 1, last: plant.time}
-        )
+        plant.event("pass", x - level, direction="both", changes={both: both + 1, last: plant.time})
     return plant
 
 

@@ -56,59 +56,69 @@ static void narrow(Instance *m, int i, double *low, double *high, double z_low, 
     *high = b_is_low ? a : b;
 }
 
-/* Look for a place in (0, h) where element i differs from what is acknowledged, although it does
- * not at the ends: where its rate vanishes. Return the place, or 0. */
-static double between(Instance *m, int i, double h) {
+/* Look for a place in (0, h) where element i's relation is `to`, although it is not at the ends:
+ * where its rate vanishes. Return the place, with the states there in x1, or 0. */
+static double between(Instance *m, int i, int to, double h) {
     double low = 0.0, high = h;
     while (high - low > 1e-9 * h) {
         double x = 0.5 * (low + high);
         probe(m, x);
-        if (is_other(m, i, m->z1[i])) return x;
+        if (relation(m, i, m->z1[i]) == to) return x;
         probe_rates(m, x);
-        if (is_heading(i, !m->now.holds[i], m->zd1[i]))
-            low = x;
-        else
-            high = x;
+        if (is_heading(i, to, m->zd1[i])) low = x;
+        else high = x;
     }
     return 0.0;
 }
 
-/* Whether element i may have left its acknowledged relation and come back within the step h: the
+/* Whether element i may have been at the relation `to` and come back within the step h: the
  * tangents at both ends then reach zero inside it (with a margin of two for an inflection). */
-static int may_dip(const Instance *m, int i, double h) {
-    int to = !m->now.holds[i];
+static int may_dip(const Instance *m, int i, int to, double h) {
     return is_heading(i, to, m->zd0[i]) && !is_heading(i, to, m->zd1[i]) &&
            fabs(m->z0[i]) <= 2.0 * h * fabs(m->zd0[i]) && fabs(m->z1[i]) <= 2.0 * h * fabs(m->zd1[i]);
 }
 
+/* The end of a Zeno sequence: an element crosses again before time goes on. */
+static double repeats(Instance *m, int i) {
+    report(m, fmi2Error, LOG_ERROR, "event '%s' fires again and again at t = %.17g: it chatters; add a "
+           "mode in which it rests", event_name[i], m->now.time);
+    m->now.stage = FAILED;
+    return -1.0;
+}
+
 /* Cut the step of length h at the first crossing; return the length up to just before it, with
  * the states there in x1 and the elements that cross marked in `forced`. The states at h must be
- * in x1, with crossings and rates at both ends known. */
+ * in x1, with crossings and rates at both ends known. Where a condition only ends, to come back
+ * within the step, the step is cut without an event. Return −1 after a failure. */
 static double first_crossing(Instance *m, double h) {
     double low = h, high = h;
     int i;
     for (i = 0; i < N_Z; i++) {
+        int passing = m->now.passing[i], to = passing ? m->now.holds[i] : !m->now.holds[i];
         double place = high;
-        if (m->guard[i] == 0.0 || m->now.passing[i]) continue;
-        if (!is_other(m, i, m->z1[i])) {
-            if (!may_dip(m, i, high)) continue;
-            place = between(m, i, high);
-            probe(m, place > 0.0 ? place : high);
+        if (m->guard[i] == 0.0) continue;
+        if (relation(m, i, m->z1[i]) != to) {
+            if (!may_dip(m, i, to, high)) continue;
+            place = between(m, i, to, high);
+            if (!(place > 0.0)) probe(m, high);
         } else if (!is_new(m, i, m->z1[i])) {
-            continue; /* its condition ends in this step: no event */
+            continue; /* it has passed, or its condition has ended: no event in this step */
         }
         if (place > 0.0 && is_new(m, i, m->z1[i])) {
             low = 0.0;
             high = place;
             narrow(m, i, &low, &high, m->z0[i], m->z1[i]);
-        } else if (place > 0.0) { /* its condition ends, and returns: stop where it has ended */
+        } else if (place > 0.0) {
             low = high = place;
         }
         probe(m, high);
         probe_rates(m, high);
     }
     if (low == h) return h;
-    for (i = 0; i < N_Z; i++) m->forced[i] = (unsigned char)is_new(m, i, m->z1[i]);
+    for (i = 0; i < N_Z; i++) {
+        m->forced[i] = (unsigned char)is_new(m, i, m->z1[i]);
+        if (m->forced[i] && low == 0.0 && m->now.last[i] == m->now.time) return repeats(m, i);
+    }
     if (low > 0.0) probe(m, low);
     else memcpy(m->x1, m->now.value, N_X * sizeof(double));
     return low;

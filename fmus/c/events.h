@@ -57,6 +57,7 @@ static int is_chattering(Instance *m, int i) {
         s->window[i] = s->time;
         s->fired[i] = 0;
     }
+    s->last[i] = s->time;
     return ++s->fired[i] > MAX_REPEATS;
 }
 
@@ -174,7 +175,7 @@ static int begin_events(Instance *m) {
     conditions(m);
     for (i = 0; i < N_E; i++) {
         m->now.passing[i] = 0;
-        m->now.window[i] = -HUGE_VAL;
+        m->now.window[i] = m->now.last[i] = -HUGE_VAL;
         m->now.holds[i] = direction[i] == BOTH && m->z0[i] > 0.0;
     }
     return settle(m, NULL);

@@ -38,6 +38,7 @@ typedef struct {
     unsigned char passing[SIZE_E]; /* fired just before its zero, and on the way through it */
     int fired[SIZE_E];             /* how often since window, to tell chattering */
     double window[SIZE_E];
+    double last[SIZE_E]; /* when it fired last */
 } State;
 
 typedef struct {

@@ -77,7 +77,7 @@ static int step_once(Instance *m, double limit, double length) {
         rhs(m, to, x1, m->f1);
         evaluate(m, plant_crossings, to, x1, m->z1);
         crossing_rates(m, to, x1, m->f1, m->zd1);
-        taken = first_crossing(m, whole);
+        if ((taken = first_crossing(m, whole)) < 0.0) return 0;
         events = taken != whole;
     }
 #endif

@@ -7,50 +7,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from fmpy import extract, read_model_description
-from fmpy.fmi1 import FMICallException
-from fmpy.fmi2 import FMU2Slave
 
-from railcosim.cosim.fmu_instance import _callbacks, _logs
 from railcosim.fmus import build
 from tests import plants
-
-LOG_NUMBER = 10**9
-
-
-class FMU2Named(FMU2Slave):  # FMPy wants the name to begin so
-    """An FMU with its variables by name and its log lines."""
-
-    def __init__(self, path: Path, folder: Path) -> None:
-        description = read_model_description(str(path))
-        self.vr = {v.name: v.valueReference for v in description.modelVariables}
-        assert description.coSimulation is not None
-        extract(str(path), str(folder))
-        super().__init__(
-            guid=description.guid,
-            modelIdentifier=description.coSimulation.modelIdentifier,
-            unzipDirectory=str(folder),
-            instanceName="slave",
-        )
-        _logs[LOG_NUMBER] = self.log = []  # pyright: ignore
-        self.instantiate(callbacks=_callbacks(LOG_NUMBER))
-
-    def get(self, name: str) -> float:
-        return self.getReal([self.vr[name]])[0]
-
-    def set(self, name: str, value: float) -> None:
-        self.setReal([self.vr[name]], [value])
-
-    def initialize(self) -> None:
-        self.setupExperiment(startTime=0.0)
-        self.enterInitializationMode()
-        self.exitInitializationMode()
-
-    def fails(self, call, message: str) -> None:
-        with pytest.raises(FMICallException) as caught:
-            call()
-        assert caught.value.status == 3
-        assert message in self.log[-1]
+from tests.instances import FMU2Named
 
 
 @pytest.fixture
@@ -58,7 +18,6 @@ def slave(tmp_path: Path) -> Iterator[FMU2Named]:
     made = FMU2Named(build(plants.everything()), tmp_path)
     yield made
     made.freeInstance()
-    _logs.pop(LOG_NUMBER)
 
 
 def test_outputs_follow_inputs_and_parameters(slave: FMU2Named) -> None:
@@ -197,7 +156,6 @@ def test_state_round_trips_continue_to_the_same_bits(slave: FMU2Named, tmp_path:
         other.freeInstance()
         slave.setFMUstate(state)
         slave.freeFMUstate(state)
-    _logs[LOG_NUMBER] = slave.log  # pyright: ignore
     state = slave.getFMUstate()
     data = slave.serializeFMUstate(state)
     slave.fails(lambda: slave.deSerializeFMUstate(data[:-1]), "the size must be")
