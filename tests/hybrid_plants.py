@@ -173,7 +173,7 @@ def fleet(n: int = 5) -> Plant:
     """Vehicles that brake independently, each with its standstill: a vector event."""
     with Plant("fleet", stop=10.0, step=0.1, solver=COARSE) as plant:
         brake = plant.parameter("vehicle[].brake", [1.0 + i for i in range(n)], unit="m/s2", size=n)
-        v = plant.state("vehicle[].speed", unit="m/s", start=6.0, size=n, output=True)
+        v = plant.state("vehicle[].speed", unit="m/s", start=6.043, size=n, output=True)
         still = plant.mode("vehicle[].still", size=n, output=True)
         plant.der(v, ca.if_else(still == 1, 0.0, -brake))
         plant.event("stop", v, direction="falling", when=still == 0, changes={still: 1, v: 0.0})
