@@ -2,10 +2,12 @@
 
 import hashlib
 import json
+import os
 import tempfile
 import uuid
 import zipfile
 from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
 from importlib import resources
 from importlib.metadata import version
 from io import BytesIO
@@ -96,13 +98,15 @@ def export(
         raise FileError(f"cannot write {path}: no folder {path.parent}")
     plant = _as_plant(plant)
     contents = _contents(plant, solver)
-    binaries = {}
-    for name in names:
-        if compiler == "zig":
-            chosen = [zig_compiler(target) for target in TARGETS[name]]
-        else:
-            chosen = [native_compiler(compiler)]
-        binaries[name] = _compile(plant.name, contents, chosen, name)
+    compilers = {
+        name: [zig_compiler(target) for target in TARGETS[name]]
+        if compiler == "zig"
+        else [native_compiler(compiler)]
+        for name in names
+    }
+    with ThreadPoolExecutor(os.cpu_count()) as pool:
+        jobs = {n: pool.submit(_compile, plant.name, contents, c, n) for n, c in compilers.items()}
+        binaries = {name: job.result() for name, job in jobs.items()}
     write_atomically(path, _archive(plant.name, contents, binaries))
     return path
 

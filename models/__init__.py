@@ -1,7 +1,7 @@
 """Train plants in CasADi: `Plant`, the declarative layer, and one plant a file.
 
-Imported from here: `Plant`, `catalogue`, and every plant by its name. CasADi is loaded with the
-first plant, not with the package.
+Imported from here: `Plant`, the solvers, `catalogue`, and every plant by its name. CasADi is
+loaded with the first plant, not with the package.
 """
 
 from typing import TYPE_CHECKING
@@ -12,10 +12,26 @@ from .catalogue import PLANTS, catalogue
 if TYPE_CHECKING:
     from .plant import Plant
     from .second_order import second_order_train
+    from .solver import DormandPrince, Rodas, RungeKutta4, SemiImplicitEuler
 
-__all__ = ["Plant", "catalogue", "second_order_train"]
+__all__ = [
+    "DormandPrince",
+    "Plant",
+    "Rodas",
+    "RungeKutta4",
+    "SemiImplicitEuler",
+    "catalogue",
+    "second_order_train",
+]
+
+_SOLVERS = ("DormandPrince", "Rodas", "RungeKutta4", "SemiImplicitEuler")
 
 
 __getattr__, __dir__ = lazy(
-    __name__, {"Plant": "plant", **{name: module for name, (module, _) in PLANTS.items()}}
+    __name__,
+    {
+        "Plant": "plant",
+        **dict.fromkeys(_SOLVERS, "solver"),
+        **{name: module for name, (module, _) in PLANTS.items()},
+    },
 )
