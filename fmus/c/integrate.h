@@ -43,9 +43,12 @@ static double controlled_step(Instance *m, double longest) {
             return taken;
         }
         h = isfinite(error) ? next : 0.2 * taken;
-        if (!(h > 16.0 * DBL_EPSILON * fmax(fabs(m->now.time), 1e-3)))
+        if (!(h > 16.0 * DBL_EPSILON * fmax(fabs(m->now.time), 1e-3))) {
+            int bad = not_finite(m->x1, 0, N_X);
+            if (bad >= 0) FAIL("%s is not finite at t = %.17g", variable_name[bad], m->now.time);
             FAIL("the solver's step became too small at t = %.17g: the solution ends here, or "
                  "solver.relative_tolerance is too tight", m->now.time);
+        }
     }
 }
 

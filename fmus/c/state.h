@@ -6,7 +6,7 @@ static fmi2Status restore(Instance *m, const char *function, const State *state)
     if (state->type != m->now.type)
         REFUSE("%s: the state is of an instance of the other FMU type", function);
     m->now = *state;
-    m->interpolating = !m->now.rates_spent;
+    m->interpolating = 0;
     m->slope_known = m->start_known = 0;
     memset(m->forced, 0, sizeof m->forced);
 #if N_E

@@ -9,6 +9,7 @@ import zipfile
 from pathlib import Path
 
 import pytest
+from fmpy import simulate_fmu
 from fmpy.validation import validate_fmu
 
 from railcosim import Diagram, Fmu
@@ -17,13 +18,17 @@ from railcosim.base.errors import FileError, FmuError, ParameterError
 from railcosim.fmus import build, export
 from railcosim.models import second_order_train
 from railcosim.models.solver import RungeKutta4
-from tests import plants
+from tests import hybrid_plants, plants
 from tests.machines import needs_windows_runtime
 
 
 def test_fmpy_finds_nothing_to_report(train_fmu: Path) -> None:
     assert validate_fmu(str(train_fmu)) == []
-    for plant in (plants.everything(), plants.passing("passing"), plants.pendulum()):
+    for plant in (
+        plants.everything(), plants.passing("passing"), plants.pendulum(), hybrid_plants.braking(),
+        hybrid_plants.draft_gear(), hybrid_plants.clock(), hybrid_plants.fleet(),
+        hybrid_plants.geared(),
+    ):  # fmt: skip
         assert validate_fmu(str(build(plant))) == []
 
 
@@ -144,6 +149,22 @@ def test_the_sources_inside_compile_on_their_own(train_fmu: Path, tmp_path: Path
     version = ctypes.CDLL(str(library)).fmi2GetVersion
     version.restype = ctypes.c_char_p
     assert version() == b"2.0"
+
+
+def test_fmpy_compiles_the_sources(tmp_path: Path) -> None:
+    """FMPy's own command builds a binary from <SourceFiles>, for both types."""
+    if system_compiler() is None or sys.platform == "win32":
+        pytest.skip("fmpy compile takes the system's C compiler, and there is none that works")
+    path = tmp_path / "braking.fmu"
+    shutil.copy(build(hybrid_plants.braking()), path)
+    before = simulate_fmu(str(path), stop_time=50.0)
+    done = subprocess.run(
+        [sys.executable, "-m", "fmpy", "compile", str(path)], capture_output=True, text=True
+    )
+    assert done.returncode == 0, done.stdout + done.stderr
+    for kind in ("CoSimulation", "ModelExchange"):
+        after = simulate_fmu(str(path), stop_time=50.0, fmi_type=kind)
+        assert after["position"][-1] == pytest.approx(before["position"][-1], rel=1e-5)
 
 
 def test_export_mistakes(tmp_path: Path) -> None:
