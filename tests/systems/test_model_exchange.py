@@ -20,10 +20,11 @@ SMOOTH, HYBRID = 1e-7, 1e-6
 
 
 def run(path: Path, kind: str, stop: float, signal: Any = None) -> Any:
-    tolerance = {"relative_tolerance": 1e-10} if kind == "ModelExchange" else {}
+    tolerance = 1e-10 if kind == "ModelExchange" else None
     return simulate_fmu(
         str(path), fmi_type=kind, stop_time=stop, output_interval=0.01, input=signal,
-        record_events=False, **tolerance,
+        record_events=False,
+        relative_tolerance=tolerance,  # pyright: ignore[reportArgumentType]
     )  # fmt: skip
 
 
