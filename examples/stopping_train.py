@@ -28,7 +28,7 @@ def stopping_train() -> Plant:
         position = plant.state("position", unit="m", output=True)
         speed = plant.state("speed", unit="m/s", start=20.0, nominal=10.0, output=True)
         mode = plant.mode(
-            "mode", minimum=MOVING, maximum=STANDING, output=True, description="0 moving, 1 standing"
+            "mode", minimum=0, maximum=1, output=True, description="0 moving, 1 standing"
         )
         push = force - resistance - drag * speed * speed
         plant.der(position, speed)

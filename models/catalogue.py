@@ -28,8 +28,9 @@ def catalogue() -> dict[str, str]:
 def plant_named(name: str) -> "Plant":
     """Return a plant by its name, or from a user's file as "path/to/file.py:function".
 
-    The function takes no arguments and returns a finished `Plant`. Raise ParameterError for an
-    unknown name, FileError for a file that cannot be read or has no such function.
+    The function takes no arguments and returns a finished `Plant` or a `casadi.DaeBuilder`.
+    Raise ParameterError for an unknown name, FileError for a file that cannot be read or has no
+    such function.
     """
     file, colon, function = name.rpartition(":")
     if colon and file.endswith(".py"):
@@ -44,6 +45,9 @@ def plant_named(name: str) -> "Plant":
 
 
 def _from_file(file: Path, function: str) -> "Plant":
+    import casadi as ca
+
+    from .dae_builder import plant_of
     from .plant import Plant
 
     if not file.is_file():
@@ -66,8 +70,11 @@ def _from_file(file: Path, function: str) -> "Plant":
     except (Exception, SystemExit) as error:
         line = _line(error, file)
         raise FileError(f"{file}{line}: {type(error).__name__}: {error}") from error
+    if isinstance(plant, ca.DaeBuilder):
+        return plant_of(plant)
     if not isinstance(plant, Plant):
-        raise FileError(f"{file}: {function}() returns {type(plant).__name__}, not a Plant")
+        kind = type(plant).__name__
+        raise FileError(f"{file}: {function}() returns {kind}, not a Plant or casadi.DaeBuilder")
     return plant
 
 
