@@ -1,5 +1,6 @@
 """Find a C compiler: the system's, or the `ziglang` package that pip installs with this one."""
 
+import hashlib
 import importlib.util
 import os
 import platform as host
@@ -8,12 +9,15 @@ import shutil
 import subprocess
 import sys
 import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager, nullcontext, suppress
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
 
 from .cache import cache_folder
 from .errors import BuildError, listing
+from .progress import announced
 
 # Bit identity between compilers and machines: no contraction to fused multiply-add, no fast-math.
 FLAGS = ("-O2", "-g0", "-std=c99", "-ffp-contract=off", "-fvisibility=hidden", "-Wall", "-shared")
@@ -26,13 +30,49 @@ KIND_FLAGS = {
 }
 
 # FMI 2.0 platform -> zig targets. Always explicit: without one zig compiles for this very CPU.
-# glibc 2.17 loads on every Linux since 2013. darwin64 is one library with two slices.
+# glibc 2.17 loads on every Linux since 2013. darwin64 is one library with two slices, for macOS
+# from 11 on, the first for arm64; zig's own default is a macOS younger than many in use.
 TARGETS = {
     "linux64": ("x86_64-linux-gnu.2.17",),
     "win64": ("x86_64-windows-gnu",),
-    "darwin64": ("x86_64-macos", "aarch64-macos"),
+    "darwin64": ("x86_64-macos.11.0", "aarch64-macos.11.0"),
 }
 SUFFIXES = {"linux64": ".so", "win64": ".dll", "darwin64": ".dylib"}
+
+
+@dataclass(frozen=True)
+class Runtime:
+    """What zig builds from source (C start-up code, import libraries) before it can link.
+
+    zig keeps the parts by content under `folder`, so this happens once for a target; a file
+    there tells that it has. Processes that build at once share zig's locks: one builds, the
+    others wait for it.
+    """
+
+    target: str
+    version: str
+    folder: Path
+
+    def is_built(self, kind: str) -> bool:
+        """Tell whether libraries of this kind (".so", ".dll", ".dylib") link without delay."""
+        return self._mark(kind).exists()
+
+    @contextmanager
+    def announced(self, kind: str) -> Iterator[None]:
+        """Show progress while the body links the first library of this kind."""
+        if self.is_built(kind):
+            yield
+            return
+        what = f"zig's runtime for {self.target}"
+        with announced(f"building {what}, once; may take minutes", f"built {what}"):
+            yield
+        with suppress(OSError):  # no more than a message too many next time
+            self._mark(kind).touch()
+
+    def _mark(self, kind: str) -> Path:
+        needed = repr((self.version, FLAGS, KIND_FLAGS[kind]))  # other flags, another runtime
+        key = hashlib.sha256(needed.encode()).hexdigest()[:16]
+        return self.folder / f"built-{self.target}-{key}"
 
 
 @dataclass(frozen=True)
@@ -42,9 +82,18 @@ class Compiler:
     command: tuple[str, ...]
     identity: str
     environment: tuple[tuple[str, str], ...] = ()
+    runtime: Runtime | None = None
 
     def shared_library(self, source: Path, library: Path) -> None:
-        """Compile one C file to a shared library; raise BuildError with the compiler's words."""
+        """Compile one C file to a shared library; raise BuildError with the compiler's words.
+
+        The first time a compiler must build its runtime for the target, this is said on stderr.
+        """
+        source, library = source.absolute(), library.absolute()  # the compiler runs elsewhere
+        with self.runtime.announced(library.suffix) if self.runtime else nullcontext():
+            self._compile(source, library)
+
+    def _compile(self, source: Path, library: Path) -> None:
         arguments = [*self.command, *FLAGS, str(source), "-o", str(library)]
         arguments += [flag.replace("NAME", library.name) for flag in KIND_FLAGS[library.suffix]]
         try:
@@ -102,11 +151,12 @@ def zig_compiler(target: str) -> Compiler:
         )
     command = [sys.executable, "-m", "ziglang", "cc", "-target", target]
     # A cache of our own: zig's runtime for a target is built once, not once per project.
-    caches = str(cache_folder("zig"))
+    folder = cache_folder("zig").absolute()
     return Compiler(
         (*command,),
         f"zig {_zig_version()} for {target}",
-        (("ZIG_GLOBAL_CACHE_DIR", caches), ("ZIG_LOCAL_CACHE_DIR", caches)),
+        (("ZIG_GLOBAL_CACHE_DIR", str(folder)), ("ZIG_LOCAL_CACHE_DIR", str(folder))),
+        Runtime(target, _zig_version(), folder),
     )
 
 
@@ -121,7 +171,7 @@ def native_target() -> str:
     targets = {
         "linux64": "aarch64-linux-gnu.2.17" if arm else "x86_64-linux-gnu.2.17",
         "win64": "aarch64-windows-gnu" if arm else "x86_64-windows-gnu",
-        "darwin64": "aarch64-macos" if arm else "x86_64-macos",
+        "darwin64": "aarch64-macos.11.0" if arm else "x86_64-macos.11.0",
     }
     return targets[host_platform()]
 
