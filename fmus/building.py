@@ -33,6 +33,7 @@ from ..models.plant import Plant
 from ..models.solver import Solver
 from .code import GUID_MARK, METHODS, plant_c, plant_h
 from .description import model_description
+from .documentation import documentation_page
 from .functions import Functions
 from .layout import Layout
 from .macho import universal_library
@@ -111,6 +112,11 @@ def export(
     return path
 
 
+def is_hashed(name: str) -> bool:
+    """Return whether a file of the FMU's archive takes part in the GUID: all but the binaries."""
+    return not name.startswith("binaries/") and not name.endswith("/")
+
+
 def guid_of(contents: dict[str, bytes]) -> str:
     """Return the GUID that belongs to these files: a hash of them with the GUID itself left out.
 
@@ -169,6 +175,10 @@ def _contents(plant: Plant, solver: Solver | None) -> dict[str, bytes]:
         "sources/plant.h": plant_h(functions).encode(),
         EQUATIONS: equations.encode(),
         VARIABLES: json.dumps(names, indent=1).encode(),
+        "documentation/index.html": documentation_page(
+            plant, tool=tool, guid=GUID_MARK, solver=layout.solver
+        ).encode(),
+        "model.png": resources.files(__package__ or "").joinpath("icon.png").read_bytes(),
         **_fixed_sources(layout),
     }
     guid = guid_of(contents).encode()
