@@ -78,11 +78,14 @@ def _extract(path: Path) -> tempfile.TemporaryDirectory[str]:
     return folder
 
 
-def binary_of(path: Path, description: Any) -> Path:
-    """Return the extracted library for this machine; raise FmuError if the FMU has none."""
+def binary_of(path: Path, description: Any, identifier: str | None = None) -> Path:
+    """Return the extracted library for this machine; raise FmuError if the FMU has none.
+
+    `identifier` is the interface's model identifier, by default that for co-simulation.
+    """
     from fmpy import platform, sharedLibraryExtension, supported_platforms
 
-    identifier = require_co_simulation(path, description)
+    identifier = identifier or require_co_simulation(path, description)
     library = extracted(path) / "binaries" / platform / f"{identifier}{sharedLibraryExtension}"
     if not library.is_file():
         has = [name for name in supported_platforms(str(path)) if name != "c-code"]

@@ -72,7 +72,8 @@ def _interfaces(root: ET.Element, plant: Plant) -> None:
         both,
         canHandleVariableCommunicationStepSize="true",
         canInterpolateInputs="true",
-        maxOutputDerivativeOrder="1",
+        # Memories that jump after each step leave outputs without a derivative to speak of.
+        maxOutputDerivativeOrder="0" if plant.updates else "1",
     )
     for element in (exchange, co_simulation):
         ET.SubElement(ET.SubElement(element, "SourceFiles"), "File", name="fmu.c")

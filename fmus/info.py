@@ -1,5 +1,6 @@
 """What an FMU says of itself, as text."""
 
+import textwrap
 import zipfile
 from collections.abc import Sequence
 from pathlib import Path
@@ -9,6 +10,7 @@ from ..cosim.fmu_file import read_description, unit_of
 _CAPABILITIES = (
     "canHandleVariableCommunicationStepSize",
     "canInterpolateInputs",
+    "maxOutputDerivativeOrder",
     "canGetAndSetFMUstate",
     "canSerializeFMUstate",
     "providesDirectionalDerivative",
@@ -20,11 +22,14 @@ _CAPABILITIES = (
 def describe(path: Path) -> str:
     """Return the FMU's kind, platforms, capabilities, variables; raise FmuError if unreadable."""
     d = read_description(path)
-    kinds = [
-        kind
-        for kind, has in (("co-simulation", d.coSimulation), ("model exchange", d.modelExchange))
-        if has is not None
-    ]
+    kinds = {
+        kind: interface
+        for kind, interface in (
+            ("co-simulation", d.coSimulation),
+            ("model exchange", d.modelExchange),
+        )
+        if interface is not None
+    }
     with zipfile.ZipFile(path) as archive:
         names = archive.namelist()
     platforms = sorted({n.split("/")[1] for n in names if n.startswith("binaries/") and n[9:]})
@@ -35,9 +40,13 @@ def describe(path: Path) -> str:
         f"  platforms: {', '.join(platforms) or 'none'}"
         + ("; with sources" if any(n.startswith("sources/") for n in names) else ""),
     ]
-    if d.coSimulation is not None:
-        declared = [name for name in _CAPABILITIES if getattr(d.coSimulation, name, False)]
-        lines.append(f"  capabilities: {', '.join(declared) or 'none declared'}")
+    for kind, interface in kinds.items():
+        declared = [name for name in _CAPABILITIES if getattr(interface, name, False)]
+        text = f"  {kind}: {', '.join(declared) or 'no capability declared'}"
+        lines += textwrap.wrap(text, 100, subsequent_indent="    ", break_on_hyphens=False)
+    if d.modelExchange is not None:
+        states, indicators = d.numberOfContinuousStates, d.numberOfEventIndicators or 0
+        lines.append(f"  {states} continuous states, {indicators} event indicators")
     if d.defaultExperiment is not None:
         e = d.defaultExperiment
         lines.append(f"  default experiment: stop {e.stopTime} s, step {e.stepSize} s")

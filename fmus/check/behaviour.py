@@ -1,160 +1,69 @@
-"""Checks that run the FMU: GUID, several instances, reset, communication step."""
+"""Checks of co-simulation runs: several instances, threads, reset, communication steps."""
 
-from collections.abc import Callable
-from typing import Any
+from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 
 from ...base.errors import FmuError
-from ...cosim import Fmu
-from ...cosim.fmu_file import binary_of, extracted
-from ...cosim.fmu_instance import FmuInstance
-from .excitation import COARSE, Excitation
-from .report import Report
+from ...cosim.fmu_file import number_of
+from .excitation import COARSE, SEED, Excitation
+from .gap import BEYOND, SMOOTH, Gap
+from .instance import CO_SIMULATION
+from .report import Report, Result
+from .stepping import Stepper, differing, trajectory
+from .subject import Subject
 
-STEP_TOLERANCE = 1e-6  # of the signal's size, between fine and coarse communication steps
-
-
-def signal_size(values: np.ndarray) -> float:
-    """Return the largest magnitude, at least 1e-6: a signal at rest may stir by rounding."""
-    return max(float(np.max(np.abs(values))), 1e-6)
+THREADS = 2
+SETTLES = 0.75  # of the change by half a step, that a quarter may still make
 
 
-class Stepper:
-    """An FMU instance driven by an excitation, one communication point after another."""
-
-    def __init__(self, block: Fmu, excitation: Excitation, name: str, every: int = 1) -> None:
-        self.excitation, self.every = excitation, every
-        self.instance = block.instance(name)
-        self.rows: list[tuple[float, ...]] = []
-        self.inputs = list(block.inputs)
-        self.place = 0
-
-    def begin(self) -> None:
-        """Initialize; the first row is the outputs at the first point."""
-        instance, times = self.instance, self.excitation.times
-        instance.enter_initialization(float(times[0]), float(times[-1]))
-        instance.inputs(self.excitation.row(0, self.inputs))
-        instance.put()
-        instance.exit_initialization()
-        instance.fetch()
-        self.place, self.rows = 0, [instance.outputs()]
-
-    def step(self) -> bool:
-        """Advance by `every` points; return False at the end."""
-        times = self.excitation.times
-        if self.place + self.every >= len(times):
-            return False
-        now, then = float(times[self.place]), float(times[self.place + self.every])
-        self.instance.inputs(self.excitation.row(self.place, self.inputs))
-        self.instance.advance(now, then - now)
-        self.place += self.every
-        self.rows.append(self.instance.outputs())
-        return True
-
-    def finish(self) -> np.ndarray:
-        """Run to the end and return all rows."""
-        while self.step():
-            pass
-        return np.array(self.rows)
-
-
-def trajectory(block: Fmu, excitation: Excitation, every: int = 1) -> np.ndarray:
-    """Return the outputs at the excitation's points (at every `every`-th) of a fresh instance."""
-    stepper = Stepper(block, excitation, "check", every)
+def check_run(subject: Subject, excitation: Excitation, report: Report) -> np.ndarray | None:
+    """Add the findings of a plain run; return its rows, or None if the FMU does not run."""
     try:
-        stepper.begin()
-        return stepper.finish()
-    finally:
-        stepper.instance.close()
-
-
-def check_behaviour(
-    block: Fmu, description: Any, excitation: Excitation, report: Report
-) -> np.ndarray | None:
-    """Add the findings that need runs; one that the FMU breaks off fails with its message.
-
-    Return the outputs at the excitation's points; None if the FMU does not run.
-    """
-    if not _guid(block, description, report):
-        return None
-    try:
-        base = trajectory(block, excitation)
+        base = trajectory(subject, excitation)
     except FmuError as error:
         report.add("runs", [str(error)], "")
         return None
-    finite = np.isfinite(base).all()
+    outputs = base[:, : len(subject.outputs)]
+    finite = bool(np.isfinite(outputs).all())
     report.add("runs", [] if finite else ["an output is not finite"], excitation.text)
-    names = list(block.outputs)
-    rules: list[tuple[str, Callable[[], list[str]], str]] = [
-        ("two instances", lambda: _two(block, excitation, base, names), "run as one alone does"),
-        ("reset", lambda: _reset(block, excitation, base, names), "gives the same run again"),
-        (
-            "communication step",
-            lambda: _coarse(block, excitation, base, names),
-            f"1× and {COARSE}× agree to {STEP_TOLERANCE:g} of the signal's size",
-        ),
-    ]
-    if len(excitation.times) <= COARSE:
-        rules.pop()
-        report.skip("communication step", f"needs {COARSE} steps; give a longer --stop")
-    only_once = description.coSimulation.canBeInstantiatedOnlyOncePerProcess
-    for rule, run, good in rules:
-        if rule == "two instances" and only_once:
-            report.skip(rule, "the FMU declares that it can be instantiated only once")
-            continue
-        try:
-            report.add(rule, run(), good)
-        except FmuError as error:
-            report.add(rule, [str(error)], good)
+    check_bounds(subject, outputs, report)
     return base if finite else None
 
 
-def _guid(block: Fmu, description: Any, report: Report) -> bool:
-    """The binary must take the description's GUID; whether it minds another one tells the rest.
-
-    Of binaries for other machines only the text can be searched: where one holds the GUID, so
-    must all.
-    """
-    try:
-        block.instance("check").close()
-    except FmuError as error:
-        report.add("GUID", [f"the binary refuses the description's GUID: {error}"], "")
-        return False
-    folder = extracted(block.path) / "binaries"
-    libraries = [p for p in folder.rglob("*") if p.suffix in (".so", ".dll", ".dylib")]
-    guid = str(description.guid).encode()
-    holds = {p.relative_to(folder).as_posix(): guid in p.read_bytes() for p in libraries}
-    own = binary_of(block.path, description).relative_to(folder).as_posix()
-    if holds[own]:
-        others = [f"{name} does not hold the GUID" for name, has in holds.items() if not has]
-        report.add("GUID", others, "the description's is in every binary")
-    elif _accepts_any(block):
-        report.skip("GUID", "the binary takes any GUID, and the description's is not found in it")
+def check_instances(
+    subject: Subject, excitation: Excitation, base: np.ndarray, report: Report
+) -> None:
+    """Add the findings on several instances and on reset."""
+    if subject.declares(CO_SIMULATION, "canBeInstantiatedOnlyOncePerProcess"):
+        why = "the FMU declares that it can be instantiated only once (per process)"
+        report.skip("two instances", why)
     else:
-        report.add("GUID", [], "the binary takes the description's and refuses another")
-    return True
+        report.judge("two instances", lambda: _two(subject, excitation, base))
+        report.judge("threads", lambda: _threads(subject, excitation, base))
+    report.judge("reset", lambda: _reset(subject, excitation, base))
 
 
-def _accepts_any(block: Fmu) -> bool:
-    try:
-        FmuInstance("check", block.path, [], [], guid="{not-the-guid-of-this-fmu}").close()
-    except FmuError:
-        return False
-    return True
+def check_bounds(subject: Subject, rows: np.ndarray, report: Report) -> None:
+    """Warn of outputs that leave their own bounds; say nothing where none has bounds."""
+    problems, bounded = [], 0
+    for i, name in enumerate(subject.outputs):
+        variable = subject.variables[name]
+        low = number_of(variable, "min", -np.inf)
+        high = number_of(variable, "max", np.inf)
+        if low == -np.inf and high == np.inf:
+            continue
+        bounded += 1
+        least, most = rows[:, i].min(), rows[:, i].max()
+        if least < low or most > high:
+            problems.append(f"{name} runs from {least:.6g} to {most:.6g}, outside [{low}, {high}]")
+    if bounded:
+        report.warn("bounds", problems, "outputs stay within their min and max")
 
 
-def _same(a: np.ndarray, b: np.ndarray, names: list[str]) -> list[str]:
-    return [
-        f"{name} differs by up to {np.max(np.abs(a[:, i] - b[:, i])):.3g}"
-        for i, name in enumerate(names)
-        if not np.array_equal(a[:, i], b[:, i])
-    ]
-
-
-def _two(block: Fmu, excitation: Excitation, base: np.ndarray, names: list[str]) -> list[str]:
+def _two(subject: Subject, excitation: Excitation, base: np.ndarray) -> Result:
     """Run two instances in turns, the second one step behind."""
-    first, second = (Stepper(block, excitation, f"check{i}") for i in (1, 2))
+    first, second = (Stepper(subject, excitation, f"check{i}") for i in (1, 2))
     try:
         first.begin()
         second.begin()
@@ -162,39 +71,112 @@ def _two(block: Fmu, excitation: Excitation, base: np.ndarray, names: list[str])
         while first.step():
             second.step()
         second.finish()
-        problems = [f"first: {p}" for p in _same(np.array(first.rows), base, names)]
-        return problems + [f"second: {p}" for p in _same(np.array(second.rows), base, names)]
+        problems = [
+            f"{which}: {problem}"
+            for which, stepper in (("first", first), ("second", second))
+            for problem in differing(np.array(stepper.rows), base, subject.watched)
+        ]
+        return problems, "in turns run as one alone does, to the last bit"
     finally:
-        first.instance.close()
-        second.instance.close()
+        first.close()
+        second.close()
 
 
-def _reset(block: Fmu, excitation: Excitation, base: np.ndarray, names: list[str]) -> list[str]:
-    stepper = Stepper(block, excitation, "check")
+def _threads(subject: Subject, excitation: Excitation, base: np.ndarray) -> Result:
+    with ThreadPoolExecutor(THREADS) as pool:
+        runs = list(pool.map(lambda _: trajectory(subject, excitation), range(THREADS)))
+    problems = [p for rows in runs for p in differing(rows, base, subject.watched)]
+    return problems, f"{THREADS} instances in {THREADS} threads run as one alone, to the last bit"
+
+
+def _reset(subject: Subject, excitation: Excitation, base: np.ndarray) -> Result:
+    stepper = Stepper(subject, excitation)
     try:
         stepper.begin()
         for _ in range(len(excitation.times) // 3):
             stepper.step()
         stepper.instance.reset()
-        for variable, value in block.values.items():
-            stepper.instance.set(variable, value)
         stepper.begin()
-        return _same(stepper.finish(), base, names)
+        found = differing(stepper.finish(), base, subject.watched)
+        return found, "gives the same run again, to the last bit"
     finally:
-        stepper.instance.close()
+        stepper.close()
 
 
-def _coarse(block: Fmu, excitation: Excitation, base: np.ndarray, names: list[str]) -> list[str]:
-    """Compare 1× with 10× steps under the same inputs: held over the coarse step in both."""
-    held = {n: np.repeat(v[::COARSE], COARSE)[: len(v)] for n, v in excitation.inputs.items()}
-    same = all(np.array_equal(held[n], v) for n, v in excitation.inputs.items())
-    under = Excitation(excitation.times, held, excitation.text)
-    fine = (base if same else trajectory(block, under))[::COARSE]
-    coarse = trajectory(block, under, COARSE)
-    problems = []
-    for i, name in enumerate(names):
-        size = signal_size(fine[:, i])
-        error = float(np.max(np.abs(fine[: len(coarse), i] - coarse[:, i])))
-        if not error <= STEP_TOLERANCE * size:
-            problems.append(f"{name} differs by up to {error:.3g}")
-    return problems
+# Communication steps
+
+
+def check_steps(
+    subject: Subject,
+    excitation: Excitation,
+    base: np.ndarray,
+    tolerance: float | None,
+    report: Report,
+) -> None:
+    """Add the finding on varying communication steps."""
+    if not subject.declares(CO_SIMULATION, "canHandleVariableCommunicationStepSize"):
+        report.undeclared("communication step", "canHandleVariableCommunicationStepSize")
+    elif len(excitation.times) <= COARSE:
+        report.skip("communication step", f"needs {COARSE} steps; give a longer --stop")
+    else:
+        report.judge("communication step", lambda: _steps(subject, excitation, base, tolerance))
+
+
+def _steps(
+    subject: Subject, excitation: Excitation, base: np.ndarray, tolerance: float | None
+) -> Result:
+    """Compare 1× with 10× and random steps under the same inputs, where those change."""
+    under = excitation.held()
+    same = all(np.array_equal(under.inputs[n], v) for n, v in excitation.inputs.items())
+    fine = base if same else trajectory(subject, under)
+    fine = fine[::COARSE]
+    runs = {f"{COARSE}×": trajectory(subject, under, COARSE)}
+    places, random = _uneven(under)
+    runs["random"] = trajectory(subject, random)[places]
+    gap = Gap()
+    for kind, rows in runs.items():
+        n = min(len(rows), len(fine))
+        gap.add(subject, fine[:n], rows[:n], rows[:n], f" with {kind} steps")
+    if tolerance is not None or gap.worst <= gap.allowed(subject, None):
+        return gap.judge(f"1×, {COARSE}× and random steps agree", subject, tolerance)
+    return _settling(subject, under, fine, gap.where)
+
+
+def _settling(subject: Subject, excitation: Excitation, whole: np.ndarray, where: str) -> Result:
+    """A solver that follows the communication step must settle as the step shrinks."""
+    half, quarter = (
+        trajectory(subject, _parted(excitation, parts))[:: COARSE * parts] for parts in (2, 4)
+    )
+    first, second = Gap(), Gap()
+    first.add(subject, half, whole, whole, only_real=True)
+    second.add(subject, quarter, half, half, only_real=True)
+    text = f"half and quarter steps change the outputs by {first.worst:.2g} and {second.worst:.2g}"
+    shrinks = first.worst <= BEYOND and second.worst <= SETTLES * first.worst
+    if shrinks or first.worst <= SMOOTH:
+        return [], f"{where}, as of a solver that follows the step: {text}, so they settle"
+    return [f"{where}, and smaller steps do not settle: {text}"], ""
+
+
+def _parted(excitation: Excitation, parts: int) -> Excitation:
+    """Return the excitation with each step in equal parts."""
+    count = len(excitation.times)
+    fine = np.interp(np.arange((count - 1) * parts + 1) / parts, np.arange(count), excitation.times)
+    held = {name: np.repeat(v, parts)[: len(fine)] for name, v in excitation.inputs.items()}
+    return Excitation(fine, held, excitation.text)
+
+
+def _uneven(excitation: Excitation) -> tuple[list[int], Excitation]:
+    """Return the excitation with each ten steps parted at random, and where the tens begin."""
+    generator = np.random.default_rng(SEED + 1)
+    times, sources, places = [], [], []
+    for k in range(0, len(excitation.times), COARSE):
+        places.append(len(times))
+        times.append(float(excitation.times[k]))
+        sources.append(k)
+        if k + COARSE < len(excitation.times):
+            length = float(excitation.times[k + COARSE]) - times[-1]
+            parts = np.sort(generator.uniform(0.02, 0.98, generator.integers(1, COARSE)))
+            times += (times[-1] + length * parts).tolist()
+            sources += [k] * len(parts)
+    held = {name: values[sources] for name, values in excitation.inputs.items()}
+    return places, Excitation(np.array(times), held, excitation.text)

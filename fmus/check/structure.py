@@ -3,15 +3,18 @@
 import json
 import zipfile
 import zlib
-from collections import defaultdict
 from pathlib import Path, PurePosixPath
 from typing import Any
+from xml.etree import ElementTree
 
 from ...base.errors import FmuError
-from ...cosim.fmu_file import start_of, unit_of
-from ..building import DESCRIPTION, EQUATIONS, VARIABLES, guid_of
+from ...cosim.fmu_file import number_of
+from ..building import DESCRIPTION, VARIABLES, guid_of, is_hashed
 from ..code import GUID_MARK
 from .report import Report
+from .subject import is_ours
+from .unknowns import check_unknowns, index_problems
+from .variables import check_variables
 
 # What Python raises on a damaged archive, depending on where the damage is.
 DAMAGE = (
@@ -23,16 +26,28 @@ def check_structure(path: Path, description: Any, report: Report) -> None:
     """Add the findings that need no run."""
     report.add("archive", _archive(path), "every file is whole, with a path inside the FMU")
     report.add("FMPy's validation", _fmpy(path), "no problem")
-    report.add("value references", _references(description), "shared only by consistent aliases")
-    report.add("units", _units(description), "every unit used is defined")
+    check_variables(description, report)
+    check_unknowns(description, report)
+    if description.defaultExperiment is not None:
+        report.add("default experiment", _experiment(description), "times that make sense")
     if is_ours(path):
         report.add("contents", _contents(path, description), "GUID is the hash of the contents")
 
 
-def is_ours(path: Path) -> bool:
-    """Return whether the FMU carries its equations as railcosim writes them."""
-    with zipfile.ZipFile(path) as archive:
-        return {EQUATIONS, VARIABLES} <= set(archive.namelist())
+def is_broken(path: Path, report: Report) -> bool:
+    """Report a model structure whose indices lead nowhere: nothing can read such an FMU."""
+    try:
+        with zipfile.ZipFile(path) as archive:
+            root = ElementTree.fromstring(archive.read(DESCRIPTION))
+    except (*DAMAGE, KeyError, ElementTree.ParseError):
+        return False  # reading it says what is wrong
+    problems = index_problems(root) if root.get("fmiVersion") == "2.0" else []
+    if problems:
+        report.add("archive", _archive(path), "every file is whole, with a path inside the FMU")
+        report.add("FMPy's validation", _fmpy(path), "no problem")
+        report.add("model structure", problems, "")
+        report.skip("the rest", "a description with such indices cannot be read")
+    return bool(problems)
 
 
 def _archive(path: Path) -> list[str]:
@@ -59,52 +74,28 @@ def _fmpy(path: Path) -> list[str]:
     return [" ".join(problem.split()) for problem in validate_fmu(str(path))]
 
 
-def _references(description: Any) -> list[str]:
-    """Variables that share type and value reference are one value: all about it must agree."""
-    groups: dict[tuple[str, int], list[Any]] = defaultdict(list)
-    for variable in description.modelVariables:
-        kind = "Integer" if variable.type == "Enumeration" else variable.type
-        groups[kind, variable.valueReference].append(variable)
+def _experiment(description: Any) -> list[str]:
+    experiment = description.defaultExperiment
+    try:
+        start, stop, step, tolerance = (
+            number_of(experiment, name)
+            for name in ("startTime", "stopTime", "stepSize", "tolerance")
+        )
+    except FmuError as error:
+        return [str(error)]
     problems = []
-    for (_, reference), members in groups.items():
-        names = " and ".join(v.name for v in members)
-        shared = f"{names} share value reference {reference}"
-        try:
-            starts = {start_of(v) for v in members if v.start is not None}
-        except FmuError as error:
-            problems.append(str(error))
-            continue
-        if len(starts) > 1:
-            problems.append(f"{shared} but start differently")
-        settable = [v for v in members if v.causality in ("input", "parameter")]
-        if len(settable) > 1:
-            problems.append(f"{shared}, and more than one is set")
-        if len({unit_of(v) for v in members}) > 1:
-            problems.append(f"{shared} but not the unit")
-        if len({v.variability for v in members}) > 1:
-            problems.append(f"{shared} but not the variability")
-    return problems
-
-
-def _units(description: Any) -> list[str]:
-    defined = {unit.name for unit in description.unitDefinitions}
-    problems = []
-    for variable in description.modelVariables:
-        unit = unit_of(variable)
-        if unit is not None and unit not in defined:
-            problems.append(f"unit '{unit}' of {variable.name} is not defined")
+    if stop is not None and not stop > (start or 0.0):
+        problems.append(f"it stops at {stop:g} s, and starts at {start or 0.0:g} s")
+    for what, value in (("step size", step), ("tolerance", tolerance)):
+        if value is not None and not value > 0.0:
+            problems.append(f"its {what} {value:g} is not positive")
     return problems
 
 
 def _contents(path: Path, description: Any) -> list[str]:
     try:
         with zipfile.ZipFile(path) as archive:
-            contents = {
-                name: archive.read(name)
-                for name in archive.namelist()
-                if name == DESCRIPTION
-                or (name.startswith(("sources/", "resources/")) and not name.endswith("/"))
-            }
+            contents = {name: archive.read(name) for name in archive.namelist() if is_hashed(name)}
     except DAMAGE as error:
         return [f"damaged: {error}"]
     guid = str(description.guid).encode()

@@ -36,7 +36,7 @@ class Equations:
             + self._part("Dependent parameters", plant.dependents, self._symbol)
             + self._part("States", plant.derivatives, self._derivative)
             + self._part("Outputs", plant.outputs, self._symbol)
-            + self._part("Memories, after each inner step", plant.updates, self._symbol, "←")
+            + self._part("Memories, after each solver step", plant.updates, self._symbol, "←")
             + self._events()
         )
 

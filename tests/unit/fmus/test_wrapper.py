@@ -63,7 +63,7 @@ def test_wrong_arguments(slave: FMU2Named) -> None:
     known = slave.vr["solver.inner_step"]
     slave.fails(
         lambda: slave.getDirectionalDerivative([0], [known], [1.0]),
-        "solver.inner_step is no state, input or parameter",
+        "solver.inner_step is no state, input, parameter or memory",
     )
     slave.fails(
         lambda: slave.getDirectionalDerivative([known], [0], [1.0]),
