@@ -33,9 +33,12 @@ fmi2Status fmi2DoStep(fmi2Component component, fmi2Real current, fmi2Real step,
     BEGIN_AS(fmi2CoSimulation, "fmi2DoStep", STEPPING);
     (void)no_rollback;
     if (!(fabs(current - m->now.time) <= 1e-9 * (1.0 + fabs(m->now.time))))
-        REFUSE("fmi2DoStep: called at t = %.17g, but the FMU stands at t = %.17g", current, m->now.time);
+        REFUSE_AT("fmi2DoStep: called at t = %.17g, but the FMU stands at t = %.17g", current, m->now.time);
     if (!(step > 0.0) || !isfinite(step)) REFUSE("fmi2DoStep: the step size %.17g is not positive", step);
-    if (!(current + step > current)) REFUSE("fmi2DoStep: the step size %.17g is lost at t = %.17g", step, current);
+    if (!(current + step > current)) REFUSE_AT("fmi2DoStep: the step size %.17g is lost at t = %.17g", step, current);
+    if (!(step / m->now.value[FIRST_SOLVER] <= 1e9))
+        REFUSE("fmi2DoStep: %.3g inner steps in one step; enlarge solver.inner_step",
+               step / m->now.value[FIRST_SOLVER]);
     if (is_past_stop(m, current + step))
         REFUSE("fmi2DoStep: t = %.17g lies past the stop time %.17g", current + step, m->now.stop);
     return do_step(m, current, step) ? fmi2OK : fmi2Error;
@@ -48,7 +51,7 @@ fmi2Status fmi2CancelStep(fmi2Component component) {
 
 #define NO_STATUS(Type, type) \
     fmi2Status Type(fmi2Component component, const fmi2StatusKind which, type *value) { \
-        BEGIN_AS(fmi2CoSimulation, #Type, ANY); \
+        BEGIN_AS(fmi2CoSimulation, #Type, STEPPING | TERMINATED); \
         (void)which; \
         (void)value; \
         report(m, fmi2Discard, LOG_DISCARD, #Type ": no step was discarded"); \
@@ -60,7 +63,7 @@ NO_STATUS(fmi2GetBooleanStatus, fmi2Boolean)
 NO_STATUS(fmi2GetStringStatus, fmi2String)
 
 fmi2Status fmi2GetRealStatus(fmi2Component component, const fmi2StatusKind which, fmi2Real *value) {
-    BEGIN_AS(fmi2CoSimulation, "fmi2GetRealStatus", ANY);
+    BEGIN_AS(fmi2CoSimulation, "fmi2GetRealStatus", STEPPING | TERMINATED);
     if (!value) REFUSE("fmi2GetRealStatus: a null pointer was given");
     if (which == fmi2LastSuccessfulTime) {
         *value = m->now.time;

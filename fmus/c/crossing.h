@@ -116,8 +116,8 @@ static double first_crossing(Instance *m, double h) {
     }
     if (low == h) return h;
     for (i = 0; i < N_Z; i++) {
-        m->forced[i] = (unsigned char)is_new(m, i, m->z1[i]);
-        if (m->forced[i] && low == 0.0 && m->now.last[i] == m->now.time) return repeats(m, i);
+        m->now.forced[i] = (unsigned char)is_new(m, i, m->z1[i]);
+        if (m->now.forced[i] && low == 0.0 && m->now.last[i] == m->now.time) return repeats(m, i);
     }
     if (low > 0.0) probe(m, low);
     else memcpy(m->x1, m->now.value, N_X * sizeof(double));

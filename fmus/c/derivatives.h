@@ -1,14 +1,14 @@
 /* Directional derivatives, input derivatives and output derivatives: exact, from CasADi. */
 
-static int is_discrete(fmi2ValueReference vr) { return vr >= FIRST_DISCRETE && vr < FIRST_OUTPUT; }
-
 static fmi2Status seed_known(Instance *m, const fmi2ValueReference known[], size_t n, const fmi2Real seed[]) {
     size_t i;
     memset(m->seed, 0, sizeof m->seed);
     for (i = 0; i < n; i++) {
         if (known[i] >= N_VALUES) REFUSE("fmi2GetDirectionalDerivative: unknown value reference %u", known[i]);
-        if (kind[known[i]] == COMPUTED || known[i] >= FIRST_SOLVER || is_discrete(known[i]))
-            REFUSE("fmi2GetDirectionalDerivative: %s is no state, input or parameter", variable_name[known[i]]);
+        if (kind[known[i]] == COMPUTED || known[i] >= FIRST_SOLVER || is_integer[known[i]])
+            REFUSE("fmi2GetDirectionalDerivative: %s is no state, input, parameter or memory", variable_name[known[i]]);
+        if (!isfinite(seed[i]))
+            REFUSE("fmi2GetDirectionalDerivative: the seed of %s is not finite", variable_name[known[i]]);
         m->seed[known[i]] += seed[i];
     }
     return fmi2OK;
@@ -39,7 +39,12 @@ fmi2Status fmi2GetDirectionalDerivative(fmi2Component component, const fmi2Value
 #endif
     if (derivatives) forward(m, fwd1_plant_rhs, m->now.time, x, 0.0, s, s + FIRST_INPUT, s, s + N_X);
     if (outputs) forward(m, fwd1_plant_outputs, m->now.time, x, 0.0, s, s + FIRST_INPUT, s, s + FIRST_OUTPUT);
-    for (i = 0; i < n_unknown; i++) value[i] = s[unknown[i]];
+    for (i = 0; i < n_unknown; i++) {
+        value[i] = s[unknown[i]];
+        if (!isfinite(value[i]) && (m->now.stage & RUNNING))
+            REFUSE_AT("fmi2GetDirectionalDerivative: that of %s is not finite at t = %.17g",
+                      variable_name[unknown[i]], m->now.time);
+    }
     return fmi2OK;
 }
 
@@ -69,6 +74,7 @@ fmi2Status fmi2GetRealOutputDerivatives(fmi2Component component, const fmi2Value
     BEGIN_AS(fmi2CoSimulation, "fmi2GetRealOutputDerivatives", STEPPING | TERMINATED | FAILED);
     double *s = m->seed;
     size_t i;
+    if (N_UPDATES) REFUSE("fmi2GetRealOutputDerivatives: memories move this model's outputs at every step");
     if (n && (!vr || !order || !value)) REFUSE("fmi2GetRealOutputDerivatives: a null pointer was given");
     for (i = 0; i < n; i++) {
         if (vr[i] >= N_VALUES || !is_output[vr[i]] || is_integer[vr[i]])

@@ -20,6 +20,17 @@ static void conditions(Instance *m) {
 #endif
 }
 
+/* Whether the conditions are numbers; a time may lie at infinity: never. */
+static int are_defined(Instance *m) {
+    int i;
+    for (i = 0; i < N_E; i++) {
+        const char *what = isnan(m->guard[i]) ? "guard" : i < N_Z ? "crossing" : "time";
+        if (!isnan(m->guard[i]) && (i < N_Z ? isfinite(m->z0[i]) : !isnan(m->at[i]))) continue;
+        FAIL("the %s of event '%s' is not finite at t = %.17g", what, event_name[i], m->now.time);
+    }
+    return 1;
+}
+
 /* The condition of an element with crossing z, apart from its guard; for BOTH the sign. */
 static int relation(const Instance *m, int i, double z) {
     if (i >= N_Z) return m->now.time >= m->at[i];
@@ -92,9 +103,9 @@ static int fire(Instance *m, int g) {
 static void acknowledge_fired(Instance *m, int g) {
     int i, rated = 0;
     for (i = group_first[g]; i < group_first[g] + group_size[g]; i++) {
-        int to, forced = m->forced[i];
+        int to, forced = m->now.forced[i];
         if (!m->newly[i]) continue;
-        m->forced[i] = 0;
+        m->now.forced[i] = 0;
         to = direction[i] == BOTH ? !m->now.holds[i] : 1;
         acknowledge(m, i, m->z0[i]);
         if (!forced || i >= N_Z || m->guard[i] == 0.0 || relation(m, i, m->z0[i]) == to) continue;
@@ -125,17 +136,15 @@ static void acknowledge_all(Instance *m) {
 /* Fire events, in the order of declaration, until none is new. `forced` marks those that were
  * found at a crossing. Return 0 after a failure, which is reported. */
 static int settle(Instance *m, int *any) {
-    int g, i, bad;
+    int g, i;
     for (;;) {
         dependents_now(m);
         conditions(m);
-        bad = not_finite(m->z0, 0, N_Z);
-        if (bad >= 0)
-            FAIL("the crossing of event '%s' is not finite at t = %.17g", event_name[bad], m->now.time);
+        if (!are_defined(m)) return 0;
         for (g = 0; g < N_GROUPS; g++) {
             int found = 0;
             for (i = group_first[g]; i < group_first[g] + group_size[g]; i++) {
-                m->newly[i] = m->forced[i] || is_new(m, i, m->z0[i]);
+                m->newly[i] = m->now.forced[i] || is_new(m, i, m->z0[i]);
                 found |= m->newly[i];
             }
             if (found) break;

@@ -16,6 +16,7 @@ enum {
     FAILED = 64,
     RUNNING = STEPPING | EVENT | CONTINUOUS,
     GETTING = INITIALIZATION | RUNNING | TERMINATED | FAILED,
+    SETTING = INSTANTIATED | INITIALIZATION | STEPPING | EVENT, /* in continuous time, reals only */
     ANY = INSTANTIATED | GETTING
 };
 
@@ -36,6 +37,7 @@ typedef struct {
     double rate[SIZE_U];
     unsigned char holds[SIZE_E];   /* the event's condition, as last acknowledged */
     unsigned char passing[SIZE_E]; /* fired just before its zero, and on the way through it */
+    unsigned char forced[SIZE_E];  /* found at its zero, to fire next */
     int fired[SIZE_E];             /* how often since window, to tell chattering */
     double window[SIZE_E];
     double last[SIZE_E]; /* when it fired last */
@@ -59,20 +61,21 @@ typedef struct {
     int slope_known; /* k[0] belongs to the current time and states */
     int start_known; /* z0, zd0 too */
     double z0[SIZE_E], zd0[SIZE_E], z1[SIZE_E], zd1[SIZE_E], guard[SIZE_E], at[SIZE_E];
-    unsigned char forced[SIZE_E], newly[SIZE_E];
+    unsigned char newly[SIZE_E];
     double changed[SIZE_CHANGES];
 } Instance;
 
 /* Logging: a message is complete before it reaches the logger, which may ignore arguments. */
 
 enum { LOG_EVENTS, LOG_WARNING, LOG_DISCARD, LOG_ERROR, LOG_FATAL, LOG_ALL, CATEGORIES };
+enum { EVERY_CATEGORY = (1 << CATEGORIES) - 1 };
 static const char *const category_name[CATEGORIES] = {
     "logEvents", "logStatusWarning", "logStatusDiscard", "logStatusError", "logStatusFatal", "logAll",
 };
 
 static int is_logged(const Instance *m, fmi2Status status, int category) {
     if (!m->logger) return 0;
-    return status >= fmi2Error || (m->logged & (1u << category)) || (m->logged & (1u << LOG_ALL));
+    return status >= fmi2Error || (m->logged & (1u << category));
 }
 
 static void report(Instance *m, fmi2Status status, int category, const char *format, ...) {
@@ -85,9 +88,20 @@ static void report(Instance *m, fmi2Status status, int category, const char *for
     m->logger(m->environment, m->name, status, category_name[category], text);
 }
 
+/* An error, with the time at which the instance stands. */
+static void report_now(Instance *m, const char *format, ...) {
+    char text[480];
+    va_list arguments;
+    va_start(arguments, format);
+    vsnprintf(text, sizeof text, format, arguments);
+    va_end(arguments);
+    report(m, fmi2Error, LOG_ERROR, "%s (t = %.17g)", text, m->now.time);
+}
+
 /* A refused call changes nothing; after a failure of the model only getters, reset and restoring
- * a state go on. */
-#define REFUSE(...) do { report(m, fmi2Error, LOG_ERROR, __VA_ARGS__); return fmi2Error; } while (0)
+ * a state go on. Every line says when: REFUSE adds it, the others' words name a time. */
+#define REFUSE(...) do { report_now(m, __VA_ARGS__); return fmi2Error; } while (0)
+#define REFUSE_AT(...) do { report(m, fmi2Error, LOG_ERROR, __VA_ARGS__); return fmi2Error; } while (0)
 #define FAIL(...) do { report(m, fmi2Error, LOG_ERROR, __VA_ARGS__); m->now.stage = FAILED; return 0; } while (0)
 
 static const char *stage_name(int stage) {

@@ -44,7 +44,9 @@ static double controlled_step(Instance *m, double longest) {
         }
         h = isfinite(error) ? next : 0.2 * taken;
         if (!(h > 16.0 * DBL_EPSILON * fmax(fabs(m->now.time), 1e-3))) {
-            int bad = not_finite(m->x1, 0, N_X);
+            int bad = not_finite(m->k[0], 0, N_X);
+            if (bad >= 0) FAIL("%s is not finite at t = %.17g", variable_name[N_X + bad], m->now.time);
+            bad = not_finite(m->x1, 0, N_X);
             if (bad >= 0) FAIL("%s is not finite at t = %.17g", variable_name[bad], m->now.time);
             FAIL("the solver's step became too small at t = %.17g: the solution ends here, or "
                  "solver.relative_tolerance is too tight", m->now.time);
@@ -79,6 +81,8 @@ static int step_once(Instance *m, double limit, double length) {
         double whole = taken, to = taken == length ? limit : m->now.time + taken;
         rhs(m, to, x1, m->f1);
         evaluate(m, plant_crossings, to, x1, m->z1);
+        if ((bad = not_finite(m->z1, 0, N_Z)) >= 0)
+            FAIL("the crossing of event '%s' is not finite at t = %.17g", event_name[bad], to);
         crossing_rates(m, to, x1, m->f1, m->zd1);
         if ((taken = first_crossing(m, whole)) < 0.0) return 0;
         events = taken != whole;
@@ -130,13 +134,7 @@ static int advance(Instance *m, double start, double step) {
 #else
     double count = ceil(step / m->now.value[FIRST_SOLVER] - 1e-6); /* 0.05 / 0.002 is not 26 steps */
     double h;
-    long j, n;
-    if (!(count <= 1e9)) {
-        report(m, fmi2Error, LOG_ERROR, "fmi2DoStep: %.3g inner steps in one step; enlarge "
-               "solver.inner_step", count);
-        return 0;
-    }
-    n = count < 1.0 ? 1 : (long)count;
+    long j, n = count < 1.0 ? 1 : (long)count;
     h = step / (double)n;
     for (j = 1; j <= n; j++)
         if (!advance_to(m, j == n ? start + step : start + (double)j * h, h)) return 0;

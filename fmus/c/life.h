@@ -8,7 +8,6 @@ static void to_start(Instance *m, int type) {
     m->now.stage = INSTANTIATED;
     m->now.rates_spent = 1;
     m->interpolating = 0;
-    memset(m->forced, 0, sizeof m->forced);
     jumped(m);
 }
 
@@ -25,10 +24,10 @@ fmi2Status fmi2SetDebugLogging(fmi2Component component, fmi2Boolean on, size_t n
         const char *name = categories ? categories[i] : NULL;
         for (c = 0; c < CATEGORIES && !(name && !strcmp(name, category_name[c])); c++) {}
         if (c == CATEGORIES) REFUSE("fmi2SetDebugLogging: unknown log category"); /* not echoed: loggers may format */
-        chosen |= 1u << c;
+        chosen |= c == LOG_ALL ? EVERY_CATEGORY : 1u << c;
     }
-    if (!n) chosen = 1u << LOG_ALL;
-    m->logged = on ? m->logged | chosen : n ? m->logged & ~chosen : 0;
+    if (!n) chosen = EVERY_CATEGORY;
+    m->logged = on ? chosen : m->logged & ~chosen; /* on: only the given categories */
     return fmi2OK;
 }
 
@@ -46,7 +45,7 @@ fmi2Component fmi2Instantiate(fmi2String name, fmi2Type type, fmi2String guid, f
         m->logger = functions->logger;
         m->environment = functions->componentEnvironment;
     }
-    m->logged = logging ? 1u << LOG_ALL : 0;
+    m->logged = logging ? EVERY_CATEGORY : 0;
     if (!m->name || !length) {
         report(m, fmi2Error, LOG_ERROR, "fmi2Instantiate: the instance name is missing");
     } else if (!guid || strcmp(guid, MODEL_GUID)) {
@@ -113,8 +112,8 @@ static int parameters_fit(Instance *m) {
         double value = m->now.value[i];
         if (i >= FIRST_DEPENDENT && i < FIRST_SOLVER) continue;
         if (!(value >= minimum[i] && value <= maximum[i]))
-            FAIL("parameter %s = %.17g lies outside [%.17g, %.17g]", variable_name[i], value,
-                 minimum[i], maximum[i]);
+            FAIL("parameter %s = %.17g lies outside [%.17g, %.17g] at t = %.17g", variable_name[i],
+                 value, minimum[i], maximum[i], m->now.time);
     }
     return 1;
 }

@@ -10,7 +10,7 @@ static void force_zeros(Instance *m) {
     crossing_rates(m, m->now.time, m->now.value, slope(m), m->zd0);
     for (i = 0; i < N_Z; i++) {
         int to = direction[i] == BOTH ? !m->now.holds[i] : 1;
-        m->forced[i] = m->z0[i] == 0.0 && m->guard[i] != 0.0 && !m->now.passing[i] &&
+        m->now.forced[i] = m->z0[i] == 0.0 && m->guard[i] != 0.0 && !m->now.passing[i] &&
                        m->now.holds[i] != to && is_heading(i, to, m->zd0[i]);
     }
 #else
@@ -63,6 +63,7 @@ fmi2Status fmi2CompletedIntegratorStep(fmi2Component component, fmi2Boolean no_r
     {
         int i, is_due = 0;
         conditions(m);
+        if (!are_defined(m)) return fmi2Error;
         for (i = 0; i < N_E; i++) is_due |= is_new(m, i, m->z0[i]);
         if (is_due) *enter_event_mode = fmi2True;
         else acknowledge_all(m);
@@ -87,7 +88,10 @@ fmi2Status fmi2SetTime(fmi2Component component, fmi2Real time) {
 
 fmi2Status fmi2SetContinuousStates(fmi2Component component, const fmi2Real x[], size_t n) {
     BEGIN_AS(fmi2ModelExchange, "fmi2SetContinuousStates", CONTINUOUS);
+    int bad;
     WITH_STATES("fmi2SetContinuousStates", n, x);
+    if ((bad = not_finite(x, 0, N_X)) >= 0)
+        REFUSE("fmi2SetContinuousStates: the value for %s is not finite", variable_name[bad]);
     memcpy(m->now.value, x, n * sizeof(double));
     m->now.stale |= STALE_DERIVATIVES | STALE_OUTPUTS;
     m->slope_known = m->start_known = 0;
@@ -102,7 +106,7 @@ fmi2Status fmi2GetContinuousStates(fmi2Component component, fmi2Real x[], size_t
 }
 
 fmi2Status fmi2GetNominalsOfContinuousStates(fmi2Component component, fmi2Real x[], size_t n) {
-    BEGIN_AS(fmi2ModelExchange, "fmi2GetNominalsOfContinuousStates", ANY);
+    BEGIN_AS(fmi2ModelExchange, "fmi2GetNominalsOfContinuousStates", ANY & ~INITIALIZATION);
     WITH_STATES("fmi2GetNominalsOfContinuousStates", n, x);
     memcpy(x, nominal, n * sizeof(double));
     return fmi2OK;
@@ -115,7 +119,7 @@ fmi2Status fmi2GetDerivatives(fmi2Component component, fmi2Real dx[], size_t n) 
     if (m->now.stage != FAILED) refresh(m, STALE_DERIVATIVES);
     memcpy(dx, m->now.value + N_X, n * sizeof(double));
     if (m->now.stage != FAILED && (bad = not_finite(m->now.value, N_X, FIRST_INPUT)) >= 0)
-        REFUSE("fmi2GetDerivatives: %s is not finite at t = %.17g", variable_name[bad], m->now.time);
+        REFUSE_AT("fmi2GetDerivatives: %s is not finite at t = %.17g", variable_name[bad], m->now.time);
     return fmi2OK;
 }
 
@@ -130,6 +134,9 @@ fmi2Status fmi2GetEventIndicators(fmi2Component component, fmi2Real z[], size_t 
         dependents_now(m);
         conditions(m);
         for (i = 0; i < N_Z; i++) z[i] = m->guard[i] != 0.0 ? m->z0[i] : 1.0;
+        if (m->now.stage != FAILED && (i = not_finite(z, 0, N_Z)) >= 0)
+            REFUSE_AT("fmi2GetEventIndicators: the crossing of event '%s' is not finite at t = %.17g",
+                      event_name[i], m->now.time);
     }
 #endif
     return fmi2OK;

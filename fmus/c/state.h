@@ -1,14 +1,22 @@
 /* The FMU's state: a copy of struct State, serialized byte by byte. */
 
+/* Bytes may come from anywhere: a stage or an integer that cannot be. */
+static int is_damaged(const State *s) {
+    int possible = s->type == fmi2CoSimulation ? ANY & ~(EVENT | CONTINUOUS) : ANY & ~STEPPING, i;
+    for (i = 0; i < N_VALUES; i++)
+        if (is_integer[i] && !(fabs(s->value[i]) <= 2147483647.0)) return 1;
+    return !(s->stage & possible) || s->stage & (s->stage - 1);
+}
+
 static fmi2Status restore(Instance *m, const char *function, const State *state) {
     if (memcmp(state->guid, MODEL_GUID, sizeof state->guid))
         REFUSE("%s: the state is not of this model", function);
     if (state->type != m->now.type)
         REFUSE("%s: the state is of an instance of the other FMU type", function);
+    if (is_damaged(state)) REFUSE("%s: the state is damaged", function);
     m->now = *state;
     m->interpolating = 0;
     m->slope_known = m->start_known = 0;
-    memset(m->forced, 0, sizeof m->forced);
 #if N_E
     if (m->now.stage & RUNNING) conditions(m);
 #endif

@@ -14,10 +14,12 @@ static void refresh_for(Instance *m, fmi2ValueReference vr) {
         for (i = 0; i < n; i++) { \
             if (vr[i] >= N_VALUES) REFUSE(#Type ": unknown value reference %u", vr[i]); \
             if (is_integer[vr[i]] != integers) REFUSE(#Type ": %s is %s", variable_name[vr[i]], integers ? "a Real" : "an Integer"); \
+        } \
+        for (i = 0; i < n; i++) { \
             refresh_for(m, vr[i]); \
             value[i] = (type)m->now.value[vr[i]]; \
             if (kind[vr[i]] == COMPUTED && !isfinite(m->now.value[vr[i]]) && (m->now.stage & RUNNING)) \
-                REFUSE(#Type ": %s is not finite at t = %.17g", variable_name[vr[i]], m->now.time); \
+                REFUSE_AT(#Type ": %s is not finite at t = %.17g", variable_name[vr[i]], m->now.time); \
         } \
         return fmi2OK; \
     }
@@ -43,9 +45,9 @@ static fmi2Status set_one(Instance *m, fmi2ValueReference vr, double value) {
     return fmi2Warning;
 }
 
-#define SET(Type, type, integers) \
+#define SET(Type, type, integers, stages) \
     fmi2Status Type(fmi2Component component, const fmi2ValueReference vr[], size_t n, const type value[]) { \
-        BEGIN(#Type, INSTANTIATED | INITIALIZATION | RUNNING); \
+        BEGIN(#Type, stages); \
         fmi2Status status = fmi2OK; \
         size_t i; \
         if (n && (!vr || !value)) REFUSE(#Type ": a null pointer was given"); \
@@ -60,8 +62,8 @@ static fmi2Status set_one(Instance *m, fmi2ValueReference vr, double value) {
         m->slope_known = m->start_known = 0; \
         return status; \
     }
-SET(fmi2SetReal, fmi2Real, 0)
-SET(fmi2SetInteger, fmi2Integer, 1)
+SET(fmi2SetReal, fmi2Real, 0, SETTING | CONTINUOUS)
+SET(fmi2SetInteger, fmi2Integer, 1, SETTING)
 
 /* No variable is a boolean or a string. */
 #define NO_VARIABLES(Type, type, stages, pointer) \
@@ -74,5 +76,5 @@ SET(fmi2SetInteger, fmi2Integer, 1)
     }
 NO_VARIABLES(fmi2GetBoolean, fmi2Boolean, GETTING, )
 NO_VARIABLES(fmi2GetString, fmi2String, GETTING, )
-NO_VARIABLES(fmi2SetBoolean, fmi2Boolean, INSTANTIATED | INITIALIZATION | RUNNING, const)
-NO_VARIABLES(fmi2SetString, fmi2String, INSTANTIATED | INITIALIZATION | RUNNING, const)
+NO_VARIABLES(fmi2SetBoolean, fmi2Boolean, SETTING, const)
+NO_VARIABLES(fmi2SetString, fmi2String, SETTING, const)
