@@ -252,7 +252,7 @@ def check_page(plant: Plant, seeds: int = 3) -> None:
         "Dependent parameters": plant.dependents,
         "States": plant.derivatives,
         "Outputs": plant.outputs,
-        "Memories, after each inner step": plant.updates,
+        "Memories, after each solver step": plant.updates,
     }
     for seed in range(seeds):
         values = Values(plant, seed)
