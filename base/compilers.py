@@ -83,6 +83,7 @@ class Compiler:
     identity: str
     environment: tuple[tuple[str, str], ...] = ()
     runtime: Runtime | None = None
+    library_flags: tuple[str, ...] = ()
 
     def shared_library(self, source: Path, library: Path) -> None:
         """Compile one C file to a shared library; raise BuildError with the compiler's words.
@@ -96,6 +97,7 @@ class Compiler:
     def _compile(self, source: Path, library: Path) -> None:
         arguments = [*self.command, *FLAGS, str(source), "-o", str(library)]
         arguments += [flag.replace("NAME", library.name) for flag in KIND_FLAGS[library.suffix]]
+        arguments += self.library_flags
         try:
             done = subprocess.run(
                 arguments,
@@ -157,7 +159,21 @@ def zig_compiler(target: str) -> Compiler:
         f"zig {_zig_version()} for {target}",
         (("ZIG_GLOBAL_CACHE_DIR", str(folder)), ("ZIG_LOCAL_CACHE_DIR", str(folder))),
         Runtime(target, _zig_version(), folder),
+        _without_runtime() if "windows" in target else (),
     )
+
+
+def _without_runtime() -> tuple[str, ...]:
+    """Return flags for a DLL that takes all it needs from Windows' own ucrtbase.dll.
+
+    MinGW's start-up code and thread library, which zig would add, are a minute's work the first
+    time and two thirds of the DLL, and an FMU has no use for them. The macro asks for the few
+    lines in their place (fmus/c/ucrt.h).
+    """
+    package = importlib.util.find_spec("ziglang")
+    assert package is not None and package.origin is not None
+    headers = Path(package.origin).parent / "lib" / "libc" / "include" / "any-windows-any"
+    return ("-nostdlib", "-isystem", str(headers), "-lucrtbase", "-DWITHOUT_C_RUNTIME")
 
 
 def machine() -> str:

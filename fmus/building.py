@@ -221,5 +221,5 @@ def _archive(name: str, contents: dict[str, bytes], binaries: dict[str, bytes]) 
             entry = zipfile.ZipInfo(file, _EPOCH)
             entry.compress_type = zipfile.ZIP_DEFLATED
             entry.external_attr = 0o644 << 16
-            archive.writestr(entry, files[file])
+            archive.writestr(entry, files[file], compresslevel=9)
     return buffer.getvalue()

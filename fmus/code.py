@@ -34,26 +34,26 @@ METHODS: dict[type[Solver], Method] = {
 
 
 def plant_c(functions: Functions) -> str:
-    """Return plant.c: CasADi's C for everything that the wrapper calls."""
+    """Return plant.c: C for everything that the wrapper calls."""
+    if not functions.evaluation.called:
+        return "#define casadi_int int\n" + functions.evaluation.text
     with exact_expressions():
         generator = ca.CodeGenerator("plant.c", {"casadi_int": "int", "with_header": False})
-        for function in functions.generated:
+        for function in functions.evaluation.called:
             generator.add(function)
         text = generator.dump()
     if "#error" in text:
         raise BuildError(f"plant '{functions.plant.name}': CasADi cannot generate C for it")
-    return text
+    return text + functions.evaluation.text
 
 
 def plant_h(functions: Functions) -> str:
-    """Return plant.h: counts, argument positions, names, start values, bounds and kinds."""
+    """Return plant.h: counts, names, start values, bounds and kinds."""
     layout = functions.layout
-    at = [-1, *(layout.scalars_of(v.name)[0].reference for v in functions.arguments)]
-    lines = [f'#define MODEL_GUID "{GUID_MARK}"', *_counts(functions, len(at))]
+    lines = [f'#define MODEL_GUID "{GUID_MARK}"', *_counts(functions)]
     lines += [
         "enum { SET_ANY_TIME, SET_AT_EVENTS, SET_BEFORE_RUN, COMPUTED };",
         "enum { RISING, FALLING, BOTH };",
-        _array("const int argument_at[N_ARGUMENTS]", at),
         _array("const double nominal[SIZE_X]", [_nominal(s) for s in layout.states]),
         *_values(layout),
         *_events(functions),
@@ -66,9 +66,8 @@ def plant_h(functions: Functions) -> str:
     return "\n".join(lines) + "\n"
 
 
-def _counts(functions: Functions, arguments: int) -> list[str]:
+def _counts(functions: Functions) -> list[str]:
     layout, plant = functions.layout, functions.plant
-    made = functions.generated
     n_x = len(layout.states)
     n_z = sum(e.size for e in plant.events if e.kind == "state")
     n_e = sum(e.size for e in plant.events)
@@ -87,10 +86,7 @@ def _counts(functions: Functions, arguments: int) -> list[str]:
         "SIZE_CHANGES": max(1, updates, *changes),
         "ADAPTIVE": int(method.adaptive), "STAGES": method.stages,
         "SIZE_MATRIX": dense * dense, "SIZE_PIVOT": dense,
-        "N_ARGUMENTS": arguments,
-        "SIZE_ARG": max(f.sz_arg() for f in made), "SIZE_RES": max(f.sz_res() for f in made),
-        "SIZE_IW": max(1, *(f.sz_iw() for f in made)),
-        "SIZE_W": max(1, *(f.sz_w() for f in made)),
+        "SIZE_IW": functions.evaluation.integers, "SIZE_W": functions.evaluation.work,
     }  # fmt: skip
     return [
         f'#define SOLVER_SOURCE "{method.source}"',
@@ -110,8 +106,10 @@ def _values(layout: Layout) -> list[str]:
         low = "1e-9" if name == "inner_step" else "1e-15"
         head = (f'"{SOLVER}{name}"', "SET_BEFORE_RUN", repr(value), low)
         rows.append((*head, "HUGE_VAL", "0", "0"))
+    longest = max(len(row[0]) for row in rows) - 1  # quotes, and the zero at the end
+    # Arrays, not pointers: each of these would take a relocation as well.
     heads = (
-        "const char *const variable_name[N_VALUES]",
+        f"const char variable_name[N_VALUES][{longest}]",
         "const unsigned char kind[N_VALUES]",
         "const double start_value[N_VALUES]",
         "const double minimum[N_VALUES]",
@@ -161,8 +159,7 @@ def _events(functions: Functions) -> list[str]:
         _array("const int group_changes[N_GROUPS + 1]", ends),
         _array(f"const int change_at[{len(flat)}]", [at for at, _ in flat]),
         _array(f"const int change_element[{len(flat)}]", [element for _, element in flat]),
-        "typedef int (*Change)(const double **, double **, casadi_int *, double *, int);",
-        _array("const Change group_change[N_GROUPS]", [f.name() for f in functions.changes]),
+        _array("const Evaluated group_change[N_GROUPS]", [f.name() for f in functions.changes]),
     ]
 
 

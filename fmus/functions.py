@@ -8,6 +8,7 @@ import casadi as ca
 from ..models.expressions import exact_expressions
 from ..models.solver import Rodas, SemiImplicitEuler
 from ..models.variable import Kind
+from .evaluation import Evaluation, write_evaluation
 from .layout import Layout
 
 _FLAT: dict[str, tuple[Kind, ...]] = {
@@ -119,20 +120,18 @@ class Functions:
         )
 
     @cached_property
-    def generated(self) -> list[ca.Function]:
-        """All functions that become C, with the directional derivatives among them."""
+    def evaluation(self) -> Evaluation:
+        """The C of all functions that the FMU evaluates, and of their directional derivatives."""
         with exact_expressions():
             found = [self.rhs, self.outputs, *self.events.values(), *self.changes]
             found += self._of_solver()
-            differentiated = [self.rhs, self.outputs]
             if self.layout.dependents:
                 found.append(self.dependents)
-                differentiated.append(self.dependents)
             if self.plant.updates:
                 found.append(self.update)
-            if "plant_crossings" in self.events:
-                differentiated.append(self.events["plant_crossings"])
-            return [*found, *(f.forward(1) for f in differentiated)]
+            names = ("plant_rhs", "plant_outputs", "plant_dependents", "plant_crossings")
+            derivatives = [f.forward(1) for f in found if f.name() in names]
+        return write_evaluation(self.layout, self.arguments, found, derivatives)
 
     @cached_property
     def equations(self) -> ca.Function:

@@ -1,50 +1,26 @@
 /* The plant's functions, called at a time and state with the instance's other values. */
 
-typedef int (*Generated)(const double **arg, double **res, casadi_int *iw, double *w, int mem);
-
-/* Where each argument of a generated function lies. */
-static void arguments_at(Instance *m, const double *t, const double *x, const double **arg) {
+/* The inputs at a time. */
+static const double *inputs_at(Instance *m, double t) {
     const double *inputs = m->now.value + FIRST_INPUT;
     int i;
-    if (m->interpolating) {
-        for (i = 0; i < N_U; i++) m->u[i] = inputs[i] + m->now.rate[i] * (*t - m->now.rates_from);
-        inputs = m->u;
-    }
-    for (i = 0; i < N_ARGUMENTS; i++) {
-        int at = argument_at[i];
-        arg[i] = at < 0 ? t
-               : at < N_X ? x + at
-               : at >= FIRST_INPUT && at < FIRST_PARAMETER ? inputs + (at - FIRST_INPUT)
-               : m->now.value + at;
-    }
+    if (!m->interpolating) return inputs;
+    for (i = 0; i < N_U; i++) m->u[i] = inputs[i] + m->now.rate[i] * (t - m->now.rates_from);
+    return m->u;
 }
 
-static void evaluate(Instance *m, Generated function, double t, const double *x, double *result) {
-    const double *arg[SIZE_ARG];
-    double *res[SIZE_RES];
-    arguments_at(m, &t, x, arg);
-    res[0] = result;
-    function(arg, res, m->iw, m->w, 0);
+static void evaluate(Instance *m, Evaluated function, double t, const double *x, double *result) {
+    function(&t, x, inputs_at(m, t), m->now.value, m->iw, m->w, result);
 }
 
-/* The directional derivative of a function along seeds for time, states and (by value reference)
- * everything else; a null pointer stands for zeros. */
-static void forward(Instance *m, Generated function, double t, const double *x, double dt,
+static double no_seeds[N_VALUES]; /* zeros */
+
+/* The directional derivative of a function along seeds for time, states, inputs and (by value
+ * reference) everything else; a null pointer stands for zeros. */
+static void forward(Instance *m, Derivative function, double t, const double *x, double dt,
                     const double *dx, const double *du, const double *others, double *result) {
-    const double *arg[SIZE_ARG];
-    double *res[SIZE_RES];
-    int i;
-    arguments_at(m, &t, x, arg);
-    arg[N_ARGUMENTS] = NULL; /* the function's own result, which no derivative needs */
-    for (i = 0; i < N_ARGUMENTS; i++) {
-        int at = argument_at[i];
-        arg[N_ARGUMENTS + 1 + i] = at < 0 ? &dt
-            : at < N_X ? dx + at
-            : at >= FIRST_INPUT && at < FIRST_PARAMETER ? (du ? du + (at - FIRST_INPUT) : NULL)
-            : others ? others + at : NULL;
-    }
-    res[0] = result;
-    function(arg, res, m->iw, m->w, 0);
+    function(&t, x, inputs_at(m, t), m->now.value, &dt, dx, du ? du : no_seeds,
+             others ? others : no_seeds, m->iw, m->w, result);
 }
 
 static void dependents_now(Instance *m) {
@@ -71,9 +47,16 @@ static void refresh(Instance *m, int what) {
 
 /* The first value in [from, to) that is not finite; -1 if all are. */
 static int not_finite(const double *value, int from, int to) {
-    double sum = 0.0;
+    double sum = 0.0, a = 0.0, b = 0.0, c = 0.0;
     int i;
-    for (i = from; i < to; i++) sum += value[i] * 0.0;
+    for (i = from; i + 4 <= to; i += 4) { /* four sums, so that none waits for another */
+        sum += value[i] * 0.0;
+        a += value[i + 1] * 0.0;
+        b += value[i + 2] * 0.0;
+        c += value[i + 3] * 0.0;
+    }
+    for (; i < to; i++) sum += value[i] * 0.0;
+    sum += a + b + c;
     if (sum == 0.0) return -1;
     for (i = from; i < to; i++)
         if (!isfinite(value[i])) return i;

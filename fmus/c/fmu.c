@@ -13,6 +13,10 @@
 
 #include "fmi2Functions.h"
 
+#ifdef WITHOUT_C_RUNTIME
+#include "ucrt.h" /* a Windows DLL on its own */
+#endif
+
 #define CASADI_SYMBOL_EXPORT static
 #if defined(__GNUC__)
 #pragma GCC diagnostic push

@@ -31,7 +31,7 @@ fmi2Status fmi2NewDiscreteStates(fmi2Component component, fmi2EventInfo *info) {
     memset(info, 0, sizeof *info);
 #if N_E
     {
-        double before[SIZE_X], next;
+        double *before = m->xs, next; /* no large arrays on the stack */
         int any = 0;
         memcpy(before, m->now.value, N_X * sizeof(double));
         if (!settle(m, &any)) return fmi2Error;

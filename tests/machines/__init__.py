@@ -11,8 +11,6 @@ from dataclasses import dataclass, field
 from importlib import resources
 from pathlib import Path
 
-import pytest
-
 from railcosim.base.compilers import Compiler, native_compiler, zig_compiler
 
 WINDOWS_TARGET = "x86_64-windows-gnu"
@@ -113,19 +111,3 @@ def arm_linux() -> Machine | str:
         return "needs ARM's C library (Debian: apt install libc6-arm64-cross)"
     launcher = (program, "-L", str(ARM_LIBRARIES))
     return Machine("linux-aarch64", zig_compiler(ARM_TARGET), launcher)
-
-
-def windows_runtime_is_cheap() -> bool:
-    """Tell whether tests may compile for Windows: zig's runtime for it takes minutes once.
-
-    It may where it has been built already, and where Wine can run what comes out.
-    """
-    runtime = zig_compiler(WINDOWS_TARGET).runtime
-    return wine() is not None or (runtime is not None and runtime.is_built(".dll"))
-
-
-needs_windows_runtime = pytest.mark.skipif(
-    not windows_runtime_is_cheap(),
-    reason="zig's runtime for Windows takes minutes once: run `railcosim export "
-    "second_order_train --platform win64` first, or install wine64",
-)

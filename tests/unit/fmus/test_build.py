@@ -19,7 +19,6 @@ from railcosim.fmus import build, export
 from railcosim.models import second_order_train
 from railcosim.models.solver import RungeKutta4
 from tests import hybrid_plants, plants
-from tests.machines import needs_windows_runtime
 
 
 def test_fmpy_finds_nothing_to_report(train_fmu: Path) -> None:
@@ -66,9 +65,7 @@ def test_the_compilers_arguments_are_part_of_the_key(monkeypatch: pytest.MonkeyP
     assert len(paths) == 2
 
 
-@pytest.mark.parametrize(
-    "platform", ["linux64", "darwin64", pytest.param("win64", marks=needs_windows_runtime)]
-)
+@pytest.mark.parametrize("platform", list(TARGETS))
 def test_an_export_is_the_same_bytes_again(tmp_path: Path, platform: str) -> None:
     one, two = (
         export(second_order_train(), tmp_path / f"{i}.fmu", platforms=[platform]) for i in (1, 2)
@@ -129,7 +126,6 @@ def test_linux_exports_need_no_newer_glibc_than_2_17(tmp_path: Path) -> None:
     assert max(versions) <= (2, 17)
 
 
-@needs_windows_runtime
 def test_all_platforms_from_one_machine(tmp_path: Path) -> None:
     path = export(second_order_train(), tmp_path / "t.fmu", platforms=list(TARGETS))
     with zipfile.ZipFile(path) as archive:

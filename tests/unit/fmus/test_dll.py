@@ -6,7 +6,6 @@ from pathlib import Path
 
 from railcosim.fmus import export
 from railcosim.models import second_order_train
-from tests.machines import needs_windows_runtime
 
 X86_64, PE32_PLUS = 0x8664, 0x20B
 
@@ -37,7 +36,6 @@ def exported_names(data: bytes) -> list[str]:
     return [data[at : data.index(0, at)].decode() for at in starts]
 
 
-@needs_windows_runtime
 def test_it_exports_fmi_functions_only(tmp_path: Path) -> None:
     fmu = export(second_order_train(), tmp_path / "t.fmu", platforms=["win64"])
     with zipfile.ZipFile(fmu) as archive:
