@@ -48,15 +48,16 @@ def wheel(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return next(out.glob("*.whl"))
 
 
+DATA = (".py", ".c", ".h", ".png", ".yaml", ".csv", ".json")
+
+
 def test_the_wheel_lists_what_the_tree_holds(wheel: Path) -> None:
     with zipfile.ZipFile(wheel) as archive:
         packed = {n for n in archive.namelist() if n.startswith("railcosim/")}
         others = {n.split("/")[0] for n in archive.namelist()} - {"railcosim"}
     expected = {"railcosim/__init__.py", "railcosim/cli.py", "railcosim/py.typed"}
     expected |= {
-        f"railcosim/{n}"
-        for n in tracked()
-        if n.split("/")[0] in ROOMS and n.endswith((".py", ".c", ".h", ".yaml", ".csv", ".json"))
+        f"railcosim/{n}" for n in tracked() if n.split("/")[0] in ROOMS and n.endswith(DATA)
     }
     assert packed == expected
     assert all(name.endswith(".dist-info") for name in others)
