@@ -159,7 +159,7 @@ def zig_compiler(target: str) -> Compiler:
         f"zig {_zig_version()} for {target}",
         (("ZIG_GLOBAL_CACHE_DIR", str(folder)), ("ZIG_LOCAL_CACHE_DIR", str(folder))),
         Runtime(target, _zig_version(), folder),
-        _without_runtime() if "windows" in target else (),
+        _without_runtime() if target == "x86_64-windows-gnu" else (),
     )
 
 

@@ -87,6 +87,10 @@ def _symbol(symbol: str, text: str) -> Unit:
     scale, rest = _PREFIXES.get(symbol[:1]), _PREFIXED.get(symbol[1:])
     if scale is None or rest is None:
         hint = suggest(symbol, [*_PLAIN, *_PREFIXED])
+        if symbol.lower() in ("kph", "kmh", "kmph"):
+            hint = "; write 'km/h'"
+        elif symbol.endswith("^"):
+            hint = "; powers follow without a sign: 'm/s2'"
         raise UnitError(f"unknown unit '{symbol}' in '{text}' (notation: m/s2, N.m, 1/s){hint}")
     return Unit(rest.exponents, scale * rest.factor)
 

@@ -95,6 +95,8 @@ def export(
             )
     if compiler != "zig" and names != (host_platform(),):
         raise ParameterError(f"only zig compiles for {listing(names)} on this machine")
+    if path.is_dir():
+        raise FileError(f"cannot write {path}: it is a folder; give a file's name")
     if not path.parent.is_dir():
         raise FileError(f"cannot write {path}: no folder {path.parent}")
     plant = _as_plant(plant)

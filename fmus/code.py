@@ -154,6 +154,10 @@ def _events(functions: Functions) -> list[str]:
     return [
         _array("const char *const event_name[N_E]", [f'"{n}"' for n, _ in elements]),
         _array("const unsigned char direction[N_E]", [d for _, d in elements]),
+        _array(
+            "const double crossing_nominal[SIZE_E]",
+            [repr(e.nominal) for e in ordered for _ in range(e.size)],
+        ),
         _array("const int group_first[N_GROUPS]", [first[e.name] for e in groups]),
         _array("const int group_size[N_GROUPS]", [e.size for e in groups]),
         _array("const int group_changes[N_GROUPS + 1]", ends),

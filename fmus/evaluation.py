@@ -16,7 +16,7 @@ from ..models.expressions import exact_expressions
 from ..models.variable import Variable
 from .layout import Layout
 from .loop_code import Writer
-from .loop_tracing import trace
+from .loop_tracing import loops_of
 from .loops import UnsupportedError, codes
 
 _GIVEN = ("t", "x", "u", "p")
@@ -97,7 +97,7 @@ def _loops(function: ca.Function, names: Sequence[str], places: Sequence[_Place]
         codes(names.index(array) + 1 if length else 0, first + length)[first:]
         for array, first, length in places
     ]
-    return Writer(trace(function, names, given))
+    return Writer(loops_of(function, names, given))
 
 
 def _renamed(function: ca.Function, name: str) -> ca.Function:

@@ -154,6 +154,8 @@ def _index(at: int, step: int, first: int, last: int) -> str:
 
 
 def _literal(value: float) -> str:
+    if math.isnan(value):
+        return "NAN"
     if math.isinf(value):
         return "HUGE_VAL" if value > 0 else "(-HUGE_VAL)"
     return repr(value) if value >= 0 and math.copysign(1.0, value) > 0 else f"({value!r})"

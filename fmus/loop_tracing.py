@@ -1,4 +1,4 @@
-"""CasADi functions as loops: `trace` follows a function, instruction by instruction."""
+"""CasADi functions as loops: `loops_of` follows a function, instruction by instruction."""
 
 import math
 from collections.abc import Sequence
@@ -38,7 +38,7 @@ _PRODUCTS = 64  # elements of a matrix product, each a sum
 _NONE: Codes = np.empty(0, np.int64)
 
 
-def trace(function: ca.Function, names: Sequence[str], arguments: Sequence[Codes]) -> Loops:
+def loops_of(function: ca.Function, names: Sequence[str], arguments: Sequence[Codes]) -> Loops:
     """Return the loops of a function with one result, its arguments given as codes.
 
     Raise UnsupportedError for what has no such form.
@@ -67,6 +67,8 @@ class _Tracer:
         ends = [(function.size2_in(i), inner.size2_in(i)) for i in range(inner.n_in())]
         ends += [(function.size2_out(i), inner.size2_out(i)) for i in range(inner.n_out())]
         count = max(many // one for many, one in ends if one)
+        if count == 1:  # all is shared or summed: how often, the sizes do not tell
+            raise UnsupportedError
         return self._repeated(function, inner, arguments, count)
 
     def _repeated(

@@ -3,7 +3,9 @@
 import importlib.util
 import sys
 from importlib import import_module
+from inspect import isfunction
 from pathlib import Path
+from types import ModuleType
 from typing import TYPE_CHECKING
 
 from ..base.errors import FileError, ParameterError, RailcosimError, listing, suggest
@@ -39,7 +41,7 @@ def plant_named(name: str) -> "Plant":
     if key not in PLANTS:
         raise ParameterError(
             f"no model '{name}'; models: {listing(PLANTS)}, or FILE.py:FUNCTION"
-            f"{suggest(key, PLANTS)}"
+            f"{'' if name.endswith('.py') else suggest(key, PLANTS)}"
         )
     return getattr(import_module(f".{PLANTS[key][0]}", __package__), key)()
 
@@ -52,6 +54,7 @@ def _from_file(file: Path, function: str) -> "Plant":
 
     if not file.is_file():
         raise FileError(f"no file {file}")
+    file = file.absolute()  # as it stands in tracebacks
     spec = importlib.util.spec_from_file_location(f"railcosim_user_{file.stem}", file)
     assert spec is not None and spec.loader is not None
     module = importlib.util.module_from_spec(spec)
@@ -65,17 +68,36 @@ def _from_file(file: Path, function: str) -> "Plant":
         if hasattr(module, function):
             line = _line(error, file)
             raise FileError(f"{file}{line}: {function}() failed: {error}") from error
-        names = [n for n, v in vars(module).items() if callable(v) and not n.startswith("_")]
+        names = [n for n, v in vars(module).items() if _is_own_function(v, module)]
         raise FileError(f"{file} has no function '{function}'; it has {listing(names)}") from error
+    except SyntaxError as error:
+        raise FileError(f"{file}{_line(error, file)}: {error.msg}") from error
     except (Exception, SystemExit) as error:
-        line = _line(error, file)
-        raise FileError(f"{file}{line}: {type(error).__name__}: {error}") from error
+        words = _explained(error)
+        raise FileError(f"{file}{_line(error, file)}: {words}") from error
     if isinstance(plant, ca.DaeBuilder):
         return plant_of(plant)
     if not isinstance(plant, Plant):
         kind = type(plant).__name__
         raise FileError(f"{file}: {function}() returns {kind}, not a Plant or casadi.DaeBuilder")
     return plant
+
+
+def _is_own_function(value: object, module: ModuleType) -> bool:
+    return isfunction(value) and value.__module__ == module.__name__ and value.__name__[0] != "_"
+
+
+def _explained(error: BaseException) -> str:
+    """Return an error's words; CasADi's about symbols in Python's own terms get a remedy."""
+    words = str(error)
+    if "truth value" in words:
+        return (
+            "a CasADi symbol has no truth value: write ca.if_else, ca.logic_and, ca.logic_or, "
+            "ca.fmin and ca.fmax instead of if, and, or, min and max"
+        )
+    if "to_double" in words or "__float__" in words:
+        return "Python's math and float() know no CasADi symbols: write ca.sin and so on"
+    return f"{type(error).__name__}: {words}"
 
 
 def _line(error: BaseException, file: Path) -> str:

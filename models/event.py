@@ -6,12 +6,13 @@ from typing import Literal
 
 import casadi as ca
 
-from ..base.errors import DeclarationError, listing
+from ..base.errors import DeclarationError
 from .variable import Variable
 
 Direction = Literal["rising", "falling", "both"]
 DIRECTIONS: tuple[Direction, ...] = ("rising", "falling", "both")
 CHANGED = ("state", "mode", "memory")  # what events may change
+CONDITIONS = (ca.OP_LT, ca.OP_LE, ca.OP_EQ, ca.OP_NE, ca.OP_NOT, ca.OP_AND, ca.OP_OR)
 DISCRETE = ("mode", "memory", "parameter", "dependent")  # what guards and times may depend on
 
 
@@ -22,7 +23,7 @@ class Event:
     `kind` "state": it fires where `expression` crosses zero in its direction while `guard` is
     true. `kind` "time": it fires when the time reaches `expression`. `changes` gives, by name,
     the new value of each variable that it changes, whole vectors; a vector event changes only
-    the elements that fired.
+    the elements that fired. `nominal` is the crossing's usual size, in its own unit.
     """
 
     name: str
@@ -32,6 +33,7 @@ class Event:
     direction: Direction
     guard: ca.MX
     changes: Mapping[str, ca.MX]
+    nominal: float
     description: str
 
     @property
@@ -60,7 +62,8 @@ def check_changes(where: str, size: int, changes: Mapping[Variable, ca.MX]) -> d
         what = f"{where}: the change of '{variable.name}'"
         if variable.kind not in CHANGED:
             raise DeclarationError(
-                f"{what}: events change {listing(f'{k}s' for k in CHANGED)}, not a {variable.kind}"
+                f"{what}: events change states, modes and memories, not {variable.kind}s; declare "
+                "what an event must change as a memory"
             )
         if size > 1 and variable.length != size:
             raise DeclarationError(

@@ -1,6 +1,6 @@
 """`Plant`: variables with units, equations and events in CasADi, checked as they are declared."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from contextlib import ExitStack
 from types import TracebackType
 from typing import Any, Self
@@ -8,8 +8,7 @@ from typing import Any, Self
 import casadi as ca
 
 from ..base.errors import DeclarationError, listing
-from .declarations import Declarations
-from .event import DIRECTIONS, Direction, Event, check_changes, sized
+from .event_declarations import EventDeclarations
 from .expressions import exact_expressions
 from .solver import RungeKutta4, SemiImplicitEuler, Solver
 from .variable import KINDS, Number, check_name
@@ -18,7 +17,7 @@ _PARAMETERS = ("parameter", "dependent")
 _LARGEST = 2**31  # FMI's integers have 32 bits
 
 
-class Plant(Declarations):
+class Plant(EventDeclarations):
     """A plant's declaration. Everything is declared inside a `with` block::
 
         with Plant("cart", description="A cart on a track") as plant:
@@ -236,92 +235,6 @@ class Plant(Declarations):
             )
         self._derivatives[variable.name] = value
 
-    def update(self, memory: Any, expression: Any) -> None:
-        """Give a memory's value after each inner step, from all values at the step's end.
-
-        For what is path-dependent, such as hysteresis: the step is the solver's, so the result
-        must converge with it.
-        """
-        self._open("update")
-        variable = self._required(memory, "memory", "update()")
-        if variable.name in self._updates:
-            raise DeclarationError(f"plant '{self.name}': update({variable.name}) is given twice")
-        what = f"update({variable.name})"
-        value = self._expression(expression, what)
-        self._updates[variable.name] = sized(value, variable.length, f"plant '{self.name}', {what}")
-
-    def event(
-        self,
-        name: str,
-        crossing: Any,
-        *,
-        direction: Direction,
-        changes: Mapping[Any, Any],
-        when: Any = 1.0,
-        description: str = "",
-    ) -> None:
-        """Declare a state event: it fires when `crossing` passes zero while `when` holds.
-
-        "rising" fires when crossing > 0 becomes true, "falling" when crossing < 0 does, "both"
-        when its sign changes. What holds already at the start, or comes true through another
-        event, an input or a parameter, fires too ("both" not at the start). `when` may use modes,
-        memories and parameters. `changes` maps states, modes and memories to their new values,
-        all computed from the values before the event. A vector `crossing` makes one event for
-        each element, which changes its own elements of vectors. Where several fire at once, the
-        one declared first goes first, and the others follow if they still hold.
-        """
-        if direction not in DIRECTIONS:
-            raise DeclarationError(
-                f"plant '{self.name}', event '{name}': direction must be one of "
-                f"{listing(DIRECTIONS)}, not {direction!r}"
-            )
-        self._event(name, "state", crossing, direction, when, changes, description)
-
-    def time_event(
-        self,
-        name: str,
-        at: Any,
-        *,
-        changes: Mapping[Any, Any],
-        when: Any = 1.0,
-        description: str = "",
-    ) -> None:
-        """Declare a time event: it fires when the time reaches `at` (s) while `when` holds.
-
-        `at` and `when` may use modes, memories and parameters: an event that moves a memory in
-        `at` onwards repeats. The solver steps exactly onto that time.
-        """
-        self._event(name, "time", at, "rising", when, changes, description)
-
-    def _event(
-        self,
-        name: str,
-        kind: Any,
-        expression: Any,
-        direction: Direction,
-        when: Any,
-        changes: Mapping[Any, Any],
-        description: str,
-    ) -> None:
-        self._open(name)
-        what = f"event '{name}'"
-        where = f"plant '{self.name}', {what}"
-        check_name(name, where)
-        if name in self._events:
-            raise DeclarationError(f"{where}: the name is taken by another event")
-        of = self._settled if kind == "time" else self._expression
-        value = of(expression, f"{what}: its {'time' if kind == 'time' else 'crossing'}")
-        guard = sized(self._settled(when, f"{what}: when"), value.shape[0], f"{where}: when")
-        targets = {}
-        for symbol, change in changes.items():
-            variable = self._of_symbol(symbol)
-            if variable is None:
-                raise DeclarationError(f"{where} changes '{symbol}', which is not declared here")
-            targets[variable] = self._expression(change, f"{what}: change of '{variable.name}'")
-        size = value.shape[0]
-        found = check_changes(where, size, targets)
-        self._events[name] = Event(name, kind, size, value, direction, guard, found, description)
-
     # Finishing
 
     def _finish(self) -> None:
@@ -342,8 +255,8 @@ class Plant(Declarations):
         """Raise DeclarationError if a solver does not fit the plant."""
         if not isinstance(solver, Solver):
             raise DeclarationError(
-                f"plant '{self.name}': the solver must be one of railcosim.models.solver's, "
-                f"not {solver!r}"
+                f"plant '{self.name}': the solver must be RungeKutta4(…), SemiImplicitEuler(…), "
+                f"DormandPrince(…) or Rodas(…) of railcosim.models, not {solver!r}"
             )
         if not isinstance(solver, SemiImplicitEuler):
             return

@@ -143,7 +143,7 @@ def chatter() -> Plant:
 def clock(*, period: float = 0.3) -> Plant:
     """A sawtooth: x' = 1, back to zero by a time event every period."""
     with Plant("clock", stop=3.0, step=0.1, solver=COARSE) as plant:
-        t = plant.parameter("period", period, unit="s", minimum=1e-3)
+        t = plant.parameter("period", period, unit="s", minimum=1e-6)
         x = plant.state("x", unit="s", output=True)
         due = plant.memory("due", unit="s", start=period)
         ticks = plant.mode("ticks", output=True)
@@ -191,4 +191,25 @@ def geared() -> Plant:
         w = plant.state("rate", unit="rad/s", output=True)
         plant.der(w, torque / inertia)
         plant.output("load_rate", w / ratio, unit="rad/s")
+    return plant
+
+
+def rivals(*, resets: bool = False) -> Plant:
+    """Two events on one crossing at t = 0.6: the first closes the second's guard, or resets x.
+
+    After the reset x passes 0.6 again at t = 1.2, which then is the second's.
+    """
+    with Plant("rivals", stop=2.0, step=0.1, solver=COARSE) as plant:
+        x = plant.state("x", unit="1", output=True)
+        first = plant.mode("first", output=True)
+        second = plant.mode("second", output=True)
+        plant.der(x, 1.0)
+        plant.event(
+            "one", x - 0.6, direction="rising", when=first == 0,
+            changes={first: 1, x: 0.0} if resets else {first: 1},
+        )  # fmt: skip
+        plant.event(
+            "two", x - 0.6, direction="rising", when=(second == 0) if resets else (first == 0),
+            changes={second: second + 1},
+        )  # fmt: skip
     return plant

@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Mapping
+from itertools import count, takewhile
 from pathlib import Path
 from typing import Any, Self
 
@@ -24,7 +25,7 @@ class Fmu(Block):
     inputs without a step between, but for initialization, where the run settles them.
     """
 
-    __slots__ = ("_settable", "inputs", "outputs", "path", "period", "values")
+    __slots__ = ("_computed", "_settable", "inputs", "outputs", "path", "period", "values")
 
     run_by_engine = True
     feedthrough = False
@@ -53,6 +54,7 @@ class Fmu(Block):
         binary_of(self.path, description)
         variables = description.modelVariables
         self._settable = {v.name: v for v in variables if _settable(v)}
+        self._computed = {v.name for v in variables} - self._settable.keys()
         self.values = self._checked(values)
         ports = [v for v in variables if v.type in TYPES]
         self.inputs: Ports = {
@@ -98,14 +100,14 @@ class Fmu(Block):
         for name, value in given.items():
             elements = value.tolist() if hasattr(value, "tolist") else value
             if isinstance(elements, list | tuple):
-                size = sum(n.startswith(f"{name}[") for n in self._settable)
-                if size != len(elements):
+                names = self._element_names(name)
+                if len(names) != len(elements):
                     raise ParameterError(
                         f"{self.path.name}: {len(elements)} values given for '{name}', "
-                        f"which has {size or 'no elements'}"
+                        f"which has {len(names) or 'no elements'}"
                     )
-                for i, element in enumerate(elements, start=1):
-                    values[f"{name}[{i}]"] = self._value(f"{name}[{i}]", element)
+                for element_name, element in zip(names, elements, strict=True):
+                    values[element_name] = self._value(element_name, element)
             elif f"{name}[1]" in self._settable:
                 raise ParameterError(
                     f"{self.path.name}: '{name}' is a vector; give a list, or set {name}[1], …"
@@ -114,9 +116,17 @@ class Fmu(Block):
                 values[name] = self._value(name, value)
         return values
 
+    def _element_names(self, name: str) -> list[str]:
+        """Return a vector's elements: mass[1], … for "mass", car[1].v, … for "car[].v"."""
+        pattern = name if "[]" in name else f"{name}[]"
+        numbered = (pattern.replace("[]", f"[{i}]") for i in count(1))
+        return list(takewhile(self._settable.__contains__, numbered))
+
     def _value(self, name: str, value: Any) -> Any:
         where = self.path.name
         variable = self._settable.get(name)
+        if name in self._computed:
+            raise ParameterError(f"{where}: {name} is computed by the FMU and cannot be set")
         if variable is None:
             known = sorted(self._settable, key=lambda n: _RANK[self._settable[n].causality])
             raise ParameterError(

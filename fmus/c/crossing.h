@@ -100,7 +100,6 @@ static double first_crossing(Instance *m, double h) {
         if (relation(m, i, m->z1[i]) != to) {
             if (!may_dip(m, i, to, high)) continue;
             place = between(m, i, to, high);
-            if (!(place > 0.0)) probe(m, high);
         } else if (!is_new(m, i, m->z1[i])) {
             continue; /* it has passed, or its condition has ended: no event in this step */
         }

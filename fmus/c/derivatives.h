@@ -81,10 +81,15 @@ fmi2Status fmi2GetRealOutputDerivatives(fmi2Component component, const fmi2Value
             REFUSE("fmi2GetRealOutputDerivatives: value reference %u is no real output", vr[i]);
         if (order[i] != 1) REFUSE("fmi2GetRealOutputDerivatives: order %d; only order 1 is given", (int)order[i]);
     }
-    refresh(m, STALE_DERIVATIVES);
+    if (m->now.stage != FAILED) refresh(m, STALE_DERIVATIVES);
     memset(s, 0, sizeof m->seed);
     memcpy(s, m->now.value + N_X, N_X * sizeof(double));
     forward(m, fwd1_plant_outputs, m->now.time, m->now.value, 1.0, s, m->now.rate, NULL, s + FIRST_OUTPUT);
-    for (i = 0; i < n; i++) value[i] = s[vr[i]];
+    for (i = 0; i < n; i++) {
+        value[i] = s[vr[i]];
+        if (!isfinite(value[i]) && (m->now.stage & RUNNING))
+            REFUSE_AT("fmi2GetRealOutputDerivatives: that of %s is not finite at t = %.17g",
+                      variable_name[vr[i]], m->now.time);
+    }
     return fmi2OK;
 }

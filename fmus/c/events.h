@@ -6,7 +6,9 @@
  */
 #if N_E
 
-enum { MAX_REPEATS = 1000 }; /* firings of one element within solver.inner_step: chattering */
+/* So many firings of one element in so short a time (s) are chattering. */
+enum { MAX_REPEATS = 1000 };
+static const double chatter = 1e-6;
 
 /* Guards and times change only at events, crossings always. */
 static void conditions(Instance *m) {
@@ -64,7 +66,7 @@ static void crossing_rates(Instance *m, double t, const double *x, const double 
 /* An element that fires again and again without time going on is refused. */
 static int is_chattering(Instance *m, int i) {
     State *s = &m->now;
-    if (!(s->time - s->window[i] <= s->value[FIRST_SOLVER])) {
+    if (!(s->time - s->window[i] <= chatter)) {
         s->window[i] = s->time;
         s->fired[i] = 0;
     }
@@ -150,10 +152,14 @@ static int settle(Instance *m, int *any) {
             if (found) break;
         }
         if (g == N_GROUPS) break;
+        memcpy(m->z1, m->z0, sizeof m->z1);
         if (!fire(m, g)) return 0;
         dependents_now(m);
         conditions(m);
         acknowledge_fired(m, g);
+        /* What another event has taken the ground from is looked for again. */
+        for (i = 0; i < N_Z; i++)
+            if (m->guard[i] == 0.0 || m->z0[i] != m->z1[i]) m->now.forced[i] = 0;
         if (any) *any = 1;
     }
     acknowledge_all(m);

@@ -39,7 +39,6 @@ static double controlled_step(Instance *m, double longest) {
         next = taken * fmin(5.0, fmax(0.2, 0.9 * pow(error, -1.0 / ERROR_ORDER)));
         if (!(error > 1.0) && isfinite(error)) {
             m->now.next_step = fmin(most, cut && next < h ? h : next);
-            if (error == 0.0) m->now.next_step = fmin(most, 5.0 * taken);
             return taken;
         }
         h = isfinite(error) ? next : 0.2 * taken;

@@ -1,26 +1,7 @@
 /* Model Exchange: the environment integrates; events happen in event mode. */
 
-/* Root finders like to stop exactly on a zero, where no condition is true yet: what stands there
- * and moves on through it fires. */
-static void force_zeros(Instance *m) {
-#if N_Z
-    int i;
-    dependents_now(m);
-    conditions(m);
-    crossing_rates(m, m->now.time, m->now.value, slope(m), m->zd0);
-    for (i = 0; i < N_Z; i++) {
-        int to = direction[i] == BOTH ? !m->now.holds[i] : 1;
-        m->now.forced[i] = m->z0[i] == 0.0 && m->guard[i] != 0.0 && !m->now.passing[i] &&
-                       m->now.holds[i] != to && is_heading(i, to, m->zd0[i]);
-    }
-#else
-    (void)m;
-#endif
-}
-
 fmi2Status fmi2EnterEventMode(fmi2Component component) {
     BEGIN_AS(fmi2ModelExchange, "fmi2EnterEventMode", EVENT | CONTINUOUS);
-    if (m->now.stage == CONTINUOUS) force_zeros(m);
     m->now.stage = EVENT;
     return fmi2OK;
 }
@@ -123,6 +104,10 @@ fmi2Status fmi2GetDerivatives(fmi2Component component, fmi2Real dx[], size_t n) 
     return fmi2OK;
 }
 
+/* A crossing is shown on the side that was acknowledged, by this much of its nominal value: so it
+ * is never zero where integration begins anew, and its event is due once it is seen. */
+static const double hysteresis = 1e-10;
+
 /* Crossings whose guard does not hold stand at 1, so that they trigger nothing. */
 fmi2Status fmi2GetEventIndicators(fmi2Component component, fmi2Real z[], size_t n) {
     BEGIN_AS(fmi2ModelExchange, "fmi2GetEventIndicators", GETTING);
@@ -133,7 +118,11 @@ fmi2Status fmi2GetEventIndicators(fmi2Component component, fmi2Real z[], size_t 
         int i;
         dependents_now(m);
         conditions(m);
-        for (i = 0; i < N_Z; i++) z[i] = m->guard[i] != 0.0 ? m->z0[i] : 1.0;
+        for (i = 0; i < N_Z; i++) {
+            int is_above = (direction[i] == FALLING) != (m->now.holds[i] != 0);
+            z[i] = m->z0[i] / crossing_nominal[i] + (is_above ? hysteresis : -hysteresis);
+            if (m->guard[i] == 0.0) z[i] = 1.0;
+        }
         if (m->now.stage != FAILED && (i = not_finite(z, 0, N_Z)) >= 0)
             REFUSE_AT("fmi2GetEventIndicators: the crossing of event '%s' is not finite at t = %.17g",
                       event_name[i], m->now.time);

@@ -75,7 +75,10 @@ static double attempt(Instance *m, double h, double *x1) {
     evaluate(m, plant_jacobian, t, x, m->matrix);
     for (i = 0; i < N_X * N_X; i++) m->matrix[i] = -m->matrix[i];
     for (i = 0; i < N_X; i++) m->matrix[(size_t)i * N_X + i] += 1.0 / (h * gamma);
-    if (!factorise(m)) return HUGE_VAL;
+    if (!factorise(m)) {
+        for (i = 0; i < N_X; i++) x1[i] = NAN;
+        return HUGE_VAL;
+    }
     memset(m->xs, 0, sizeof m->xs);
     forward(m, fwd1_plant_rhs, t, x, 1.0, m->xs, m->interpolating ? m->now.rate : NULL, NULL, ft);
     for (s = 0; s < 6; s++) {

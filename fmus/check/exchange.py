@@ -1,6 +1,7 @@
 """Runs by model exchange: FMPy's, with CVode."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from math import isclose
 from typing import Any
@@ -52,28 +53,31 @@ def run_exchange(
         instance.time = time
         _raise_first(instance)
         if visit is not None:
+            holding.visited = True
             visit(time)
+            holding.visited = False
         return stop is None or time < end or isclose(time, end)  # the last row comes after
 
     try:
         with LOADING:
             folder = str(extracted(subject.path))
         instance.time = float(times[0])
-        found = simulate_fmu(
-            folder,
-            validate=False,
-            start_time=float(times[0]),
-            stop_time=final,
-            relative_tolerance=TOLERANCE,
-            output_interval=excitation.step,
-            fmi_type="ModelExchange",
-            input=_signals(subject, excitation, final),  # pyright: ignore[reportArgumentType]
-            output=subject.watched,
-            timeout=TIMEOUT,
-            step_finished=went_on,
-            model_description=subject.description,
-            fmu_instance=instance.fmu,
-        )
+        with _held_inputs(instance.fmu) as holding:
+            found = simulate_fmu(
+                folder,
+                validate=False,
+                start_time=float(times[0]),
+                stop_time=final,
+                relative_tolerance=TOLERANCE,
+                output_interval=excitation.step,
+                fmi_type="ModelExchange",
+                input=_signals(subject, excitation, final),  # pyright: ignore[reportArgumentType]
+                output=subject.watched,
+                timeout=TIMEOUT,
+                step_finished=went_on,
+                model_description=subject.description,
+                fmu_instance=instance.fmu,
+            )
     except (FmuError, Unchecked):
         raise
     except Exception as error:  # FMPy raises many kinds, plain Exception among them
@@ -140,6 +144,50 @@ def _guard(instance: Instance) -> None:
 
     for name in ("setTime", "setContinuousStates", "getDerivatives", "getEventIndicators"):
         setattr(fmu, name, guarded(getattr(type(fmu), name).__get__(fmu)))
+
+
+@dataclass
+class _Holding:
+    """Whether the FMU is in continuous-time mode, and whether somebody visits it there."""
+
+    continuous: bool = False
+    visited: bool = False
+
+
+@contextmanager
+def _held_inputs(fmu: Any) -> Iterator[_Holding]:
+    """Let inputs change in event mode only: they are held in between.
+
+    FMPy sets them at each look at the event indicators as well, and where one jumps it sets the
+    value from before the jump once more after it.
+    """
+    modes = {"enterContinuousTimeMode": True, "enterEventMode": False}
+    setters = ("fmi2SetReal", "fmi2SetInteger", "fmi2SetBoolean")
+    holding = _Holding()
+
+    def entering(function: Callable[..., Any], is_continuous: bool) -> Callable[..., Any]:
+        def call(*arguments: Any) -> Any:
+            holding.continuous = is_continuous
+            return function(*arguments)
+
+        return call
+
+    def in_event_mode(function: Callable[..., Any]) -> Callable[..., Any]:
+        def call(*arguments: Any) -> Any:
+            is_held = holding.continuous and not holding.visited
+            return 0 if is_held else function(*arguments)
+
+        return call
+
+    for name, is_continuous in modes.items():
+        setattr(fmu, name, entering(getattr(type(fmu), name).__get__(fmu), is_continuous))
+    for name in setters:
+        setattr(fmu, name, in_event_mode(getattr(type(fmu), name).__get__(fmu)))
+    try:
+        yield holding
+    finally:
+        for name in (*modes, *setters):
+            delattr(fmu, name)
 
 
 def _raise_first(instance: Instance) -> None:

@@ -41,7 +41,7 @@ td.name, td.unit, td:last-child { overflow-wrap: anywhere; }
 td.role { color: var(--soft); }
 td.name .note { margin-left: .5rem; }
 .equation { display: flex; flex-wrap: wrap; align-items: center; gap: .2rem 2rem;
-  margin: .55rem 0; padding: .55rem .9rem; overflow-x: auto; background: var(--tint);
+  margin: .55rem 0; padding: .55rem .9rem; overflow: auto hidden; background: var(--tint);
   border-radius: 6px; }
 .equation .note { margin-left: auto; }
 .equation code { overflow-wrap: anywhere; }

@@ -8,14 +8,13 @@ import pytest
 from fmpy import extract
 
 from railcosim.fmus import build
-from tests.drivers import PLAIN, Workshop, missing
+from tests.drivers import PLAIN, Workshop
 from tests.hybrid_plants import fleet
 
 ROUNDS, INSTANCES = 20, 100
 ROOT = Path(__file__).parents[2]
 
 
-@pytest.mark.skipif(missing(PLAIN) is not None, reason=str(missing(PLAIN)))
 def test_in_c_not_one_byte_is_left(tmp_path: Path) -> None:
     """Of both FMU types. From the second round on the bytes in use must be exactly the same."""
     driver = Workshop(tmp_path).driver(build(fleet()), PLAIN)

@@ -11,6 +11,7 @@ import zipfile
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
+import casadi as ca
 import pytest
 from fmpy import read_model_description
 from fmpy.model_description import ModelDescription
@@ -119,6 +120,18 @@ def other(request: pytest.FixtureRequest) -> Machine:
     return request.getfixturevalue("windows" if request.param == "win64" else "arm_linux")
 
 
+def deep() -> Plant:
+    """A right-hand side with a large stack frame, which Windows must be asked for page by page."""
+    n = 24
+    a = ca.SX.sym("a", n)
+    pulls = [sum((a[j] - a[i]) / (1.0 + (a[j] - a[i]) ** 2) for j in range(n)) for i in range(n)]
+    pull = ca.Function("pull", [a], [ca.vertcat(*pulls)])
+    with Plant("deep", stop=2.0, step=0.01) as plant:
+        x = plant.state("x", unit="1", size=n, start=[0.1 * i for i in range(n)], output=True)
+        plant.der(x, pull(x))
+    return plant
+
+
 def exported(plant: Plant, other: Machine, folder: Path) -> Path:
     """Export a plant for this machine, and for Windows if that is the other one."""
     platforms = {host_platform()} | ({"win64"} if other.name == "win64" else set())
@@ -153,7 +166,7 @@ def check_return(lines: list[str]) -> None:
     assert len(set(once)) > 1
 
 
-@pytest.mark.parametrize("plant", [second_order_train, hybrid_plants.ball])
+@pytest.mark.parametrize("plant", [second_order_train, hybrid_plants.ball, deep])
 def test_a_plant_of_arithmetic_gives_the_same_bits(
     plant: Callable[[], Plant], other: Machine, tmp_path: Path
 ) -> None:

@@ -62,7 +62,7 @@ def test_parameters_start_values_and_constant_inputs(everything: Path) -> None:
         ({"m": [1.0, 2.0, 3.0]}, "3 values given for 'm', which has 2"),
         ({"m": [1.0]}, "1 values given for 'm', which has 2"),
         ({"c": [1.0]}, "1 values given for 'c', which has no elements"),
-        ({"power": 1.0}, "nothing to set named 'power'"),
+        ({"power": 1.0}, "power is computed by the FMU and cannot be set"),
     ],
 )
 def test_wrong_values_are_refused(everything: Path, values: dict, message: str) -> None:

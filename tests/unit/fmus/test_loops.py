@@ -188,3 +188,24 @@ def test_what_loops_cannot_express_is_casadis(tmp_path: Path) -> None:
         return [curve(s), x * curve(q), ca.solve(ca.reshape(y[:4], 2, 2), x[:2])]
 
     check(vectors("left", outputs), tmp_path, left=2)
+
+
+def test_a_sum_over_calls_that_share_all_inputs(tmp_path: Path) -> None:
+    """How often, no size tells."""
+    a = ca.SX.sym("a")
+    f = ca.Function("f", [a], [a * a])
+
+    def outputs(x: Any, y: Any, s: Any, p: Any, q: Any, u: Any) -> list[ca.MX]:
+        return [f.map(3, [True], [True])(s)]
+
+    check(vectors("shared", outputs), tmp_path, left=2)
+
+
+def test_a_nan_inside_a_function(tmp_path: Path) -> None:
+    a = ca.SX.sym("a")
+    f = ca.Function("f", [a], [ca.if_else(a > 0.0, a, math.nan)])
+
+    def outputs(x: Any, y: Any, s: Any, p: Any, q: Any, u: Any) -> list[ca.MX]:
+        return [f(s)]
+
+    check(vectors("undefined_below", outputs), tmp_path)

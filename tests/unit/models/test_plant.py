@@ -60,6 +60,52 @@ def test_an_unknown_unit_is_named() -> None:
         declare(lambda p: p.input("f", unit="parsec"))
 
 
+@pytest.mark.parametrize(
+    ("statement", "message"),
+    [
+        (lambda p, x, m: p.event("e", x > 0.5, direction="rising", changes={m: 1}), "is a condit"),
+        (lambda p, x, m: p.event("e", x, direction="up", changes={m: 1}), "one of rising, fall"),
+        (lambda p, x, m: p.event("e", x, direction="both", changes={}), "must change something"),
+        (lambda p, x, m: p.event("e", x, direction="both", changes={"mode": 1}), "not its name"),
+        (lambda p, x, m: p.event("e", x, direction="both", changes={"z": 1}), "not declared here"),
+        (
+            lambda p, x, m: p.event(
+                "e", x, direction="both", changes={p.output("y", x, unit="m/s"): 1}
+            ),
+            r"changes None: output\(\) returns no symbol",
+        ),
+        (
+            lambda p, x, m: p.event("e", x, direction="both", changes={p.input("u", unit="1"): 1}),
+            "not inputs; declare what an event must change as a memory",
+        ),
+        (
+            lambda p, x, m: p.event("e", x, direction="both", when=x > 1, changes={m: 1}),
+            "when depends on 'speed', which changes between events",
+        ),
+        (lambda p, x, m: p.time_event("e", x, changes={m: 1}), "its time depends on 'speed'"),
+        (
+            lambda p, x, m: p.event("e", x, direction="both", nominal=0.0, changes={m: 1}),
+            "nominal must be a positive number",
+        ),
+        (lambda p, x, m: p.update(m, 1), "needs a declared memory, not mode 'mode'; memories: "),
+        (lambda p, x, m: p.mode("n", start=0.5), "modes are integers"),
+        (lambda p, x, m: p.dependent("d", x, unit="1"), "only parameters are allowed"),
+        (lambda p, x, m: p.state("v[].x", unit="1"), "stands for an index; give a size"),
+        (
+            lambda p, x, m: p.event("e", ca.vertcat(x, x), direction="both", changes={x: 0.0}),
+            "changes vectors of its own 2 elements, not of 1",
+        ),
+    ],
+)
+def test_a_mistake_about_events_is_named(statement, message: str) -> None:
+    def both(plant: Plant) -> None:
+        speed = next(v for v in plant.variables("state")).symbol
+        statement(plant, speed, plant.mode("mode"))
+
+    with pytest.raises(DeclarationError, match=message):
+        declare(both)
+
+
 def test_a_plant_without_output_is_refused() -> None:
     with pytest.raises(DeclarationError, match="no output"), Plant("mute") as plant:
         plant.der(plant.state("x", unit="1"), 0.0)
