@@ -76,11 +76,11 @@ def export(
 ) -> Path:
     """Write the FMU of a plant or casadi.DaeBuilder with binaries for `platforms`.
 
-    Platforms (by default this machine's) are "linux64", "win64" and "darwin64". An exported
-    FMU is made to travel, so zig
-    compiles it (Linux binaries then load with any glibc from 2.17 on); compiler="system" uses
-    the system's, for this machine's platform only. Return the path. Raise ParameterError for an
-    unknown platform, BuildError if it cannot be built, FileError if it cannot be written.
+    Platforms (by default this machine's) are "linux64", "win64" and "darwin64". An exported FMU is
+    made to travel, so zig compiles it (Linux binaries then load with any glibc from 2.17 on);
+    compiler="system" uses the system's, for this machine's platform only. Return the path. Raise
+    ParameterError for an unknown platform, DeclarationError for what cannot be expressed,
+    BuildError if it cannot be built, FileError if it cannot be written.
     """
     path = Path(path)
     if isinstance(platforms, str):
