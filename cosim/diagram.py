@@ -13,6 +13,8 @@ from .block import Block, require_positive
 from .clock import rational
 
 if TYPE_CHECKING:
+    from control import StateSpace
+
     from .plan import Plan
     from .result import Run
 
@@ -164,6 +166,39 @@ class Diagram:
         from .run import run
 
         return run(self.plan(start=start), stop, record=record, progress=progress)
+
+    def linearise(
+        self,
+        at: float | Fraction,
+        *,
+        inputs: Sequence[str] | None = None,
+        outputs: Sequence[str] | None = None,
+        open_at: str | None = None,
+        start: float | Fraction = 0.0,
+    ) -> "StateSpace":
+        """Run afresh from start to `at` (s) and return the linear map of one step from there.
+
+        The result is a sampled python-control StateSpace, dt the step, for differences from the
+        operating point. `inputs` are ports "block.port": to an input port a disturbance is added
+        there, to an output for all that read it (default: every source, or every signal where
+        there is none). `outputs` are signals (default: all). Labels are spelled block/port, as
+        python-control allows no dot.
+
+        `open_at` cuts the loop at a port. Alone it gives the loop transfer function L, from what
+        reads there back to there, with the sign turned: `control.feedback(L)` is the closed loop.
+        With inputs or outputs, what reads there stays at its operating point, and only states
+        between the inputs and the outputs are left.
+
+        With several rates dt is the least common multiple of the periods: inputs are held over it
+        and outputs belong to its beginning.
+
+        Raise FmuError for an FMU that does not expose states and directional derivatives,
+        LinearisationError for a block that jumps or bends just there, or a cut that passes several
+        values in a dt, DiagramError for a wrong port or time.
+        """
+        from .linearise import linearise
+
+        return linearise(self, at, inputs=inputs, outputs=outputs, open_at=open_at, start=start)
 
     # Units: known ones travel along connections and through blocks that share a unit.
 
