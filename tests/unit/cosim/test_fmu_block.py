@@ -8,7 +8,7 @@ import pytest
 from railcosim import Constant, Diagram, Fmu
 from railcosim.base.errors import FmuError, ParameterError
 from railcosim.fmus import build
-from tests import plants
+from tests import hybrid_plants, plants
 
 
 def rewrite(source: Path, target: Path, change) -> Path:
@@ -68,6 +68,16 @@ def test_parameters_start_values_and_constant_inputs(everything: Path) -> None:
 def test_wrong_values_are_refused(everything: Path, values: dict, message: str) -> None:
     with pytest.raises(ParameterError, match=message):
         Fmu(everything, **values)
+
+
+def test_a_vector_with_its_index_inside_is_given_whole() -> None:
+    path = build(hybrid_plants.fleet())
+    block = Fmu.with_values(path, {"vehicle[].brake": [5.0, 4.0, 3.0, 2.0, 1.0]})
+    assert block.values["vehicle[4].brake"] == 2.0
+    with pytest.raises(ParameterError, match="2 values given for 'vehicle.*', which has 5"):
+        Fmu.with_values(path, {"vehicle[].brake": [1.0, 2.0]})
+    with pytest.raises(ParameterError, match="speed.* is computed by the FMU"):
+        Fmu.with_values(path, {"der(vehicle[1].speed)": 1.0})
 
 
 def test_a_wrong_period(everything: Path) -> None:

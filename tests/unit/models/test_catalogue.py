@@ -43,3 +43,31 @@ def test_mistakes() -> None:
         plant_named("second_order_trian")
     with pytest.raises(FileError, match="no file"):
         plant_named("nowhere.py:f")
+
+
+@pytest.mark.parametrize(
+    ("line", "message"),
+    [
+        ("x if x > 0 else 0", "a CasADi symbol has no truth value: write ca.if_else"),
+        ("max(x, 0.0)", "a CasADi symbol has no truth value"),
+        ("math.sin(x)", "Python's math and float"),
+        ("x + missing", "NameError: name 'missing'"),
+        ("plant.input('u', unit='kph')", r"unknown unit 'kph' .*write 'km/h'"),
+    ],
+)
+def test_a_mistake_in_a_users_file_has_its_line(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, line: str, message: str
+) -> None:
+    """Also when the file is named from where the user stands."""
+    monkeypatch.chdir(tmp_path)
+    head = "import math\nfrom railcosim.models import Plant\n\ndef cart():\n"
+    body = "    with Plant('cart') as plant:\n        x = plant.state('x', unit='m')\n"
+    Path("cart.py").write_text(f"{head}{body}        plant.der(x, {line})\n    return plant\n")
+    with pytest.raises(RailcosimError, match=rf"cart\.py, line 7: .*{message}"):
+        plant_named("cart.py:cart")
+
+
+def test_a_file_that_is_no_python(tmp_path: Path) -> None:
+    (tmp_path / "bad.py").write_text("def cart(:\n")
+    with pytest.raises(FileError, match=r"bad\.py, line 1: invalid syntax$"):
+        plant_named(f"{tmp_path / 'bad.py'}:cart")
