@@ -131,7 +131,7 @@ def test_mistakes_with_models(tmp_path: Path, capsys: pytest.CaptureFixture[str]
     assert "no folder" in fails(capsys, *base, tmp_path / "no" / "t.fmu")
     broken = tmp_path / "broken.py"
     broken.write_text("def f(:\n")
-    assert "line 1: SyntaxError" in fails(capsys, "export", f"{broken}:f")
+    assert "line 1: invalid syntax" in fails(capsys, "export", f"{broken}:f")
     broken.write_text("import sys\n\ndef f():\n    sys.exit(3)\n")
     assert "line 4: SystemExit" in fails(capsys, "export", f"{broken}:f")
     broken.write_text("def f():\n    raise ValueError('two\\nlines')\n")
