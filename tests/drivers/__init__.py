@@ -4,9 +4,11 @@ main.c names the programs. What they know of the FMU comes from its modelDescrip
 """
 
 import os
+import re
 import shutil
 import subprocess
 import sys
+import tempfile
 import zipfile
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -54,17 +56,13 @@ def missing(flags: tuple[str, ...]) -> str | None:
     gcc = compiler()
     if gcc is None:
         return "needs gcc on Linux (Debian: apt install gcc)"
-    program = "int main(void) { return 0; }"
-    with_name = f"/tmp/railcosim-probe-{os.getpid()}"
-    try:
-        made = subprocess.run(
-            [gcc, *flags, "-x", "c", "-", "-o", with_name],
-            input=program, text=True, capture_output=True,
-        )  # fmt: skip
-        if made.returncode or subprocess.run([with_name], capture_output=True).returncode:
+    with tempfile.TemporaryDirectory() as folder:
+        probe = Path(folder, "probe.c")
+        probe.write_text("int main(void) { return 0; }")
+        program = str(probe.with_suffix(""))
+        made = subprocess.run([gcc, *flags, str(probe), "-o", program], capture_output=True)
+        if made.returncode or subprocess.run([program], capture_output=True).returncode:
             return f"needs gcc with {' '.join(flags)}"
-    finally:
-        Path(with_name).unlink(missing_ok=True)
     return None
 
 
@@ -104,11 +102,16 @@ class Workshop:
         self._objects: dict[tuple[str, ...], list[Path]] = {}
 
     def driver(self, fmu: Path, flags: Sequence[str]) -> Driver:
-        """Return a driver for an FMU, compiled with these flags."""
+        """Return a driver for an FMU, compiled with these flags; skip the test if it cannot be."""
+        reason = missing(tuple(flags))
+        if reason:
+            pytest.skip(reason)
         folder = self.folder / f"{len(list(self.folder.iterdir()))}-{fmu.stem}"
         folder.mkdir()
         with zipfile.ZipFile(fmu) as archive:
             archive.extractall(folder, [n for n in archive.namelist() if n.startswith("sources/")])
+        if tuple(flags) == ADDRESS:
+            guard_arrays(folder / "sources")
         description = read_model_description(str(fmu))
         (folder / "description.c").write_text(description_c(description))
         program = folder / "driver"
@@ -137,6 +140,35 @@ def _run(arguments: list[str], folder: Path) -> None:
 
 def _headers() -> str:
     return f"-I{resources.files('fmpy').joinpath('c-code')}"
+
+
+_MEMBERS = re.compile(r"(?<=    State now;\n).*?(?=} Instance;)", re.DOTALL)
+_ARRAYS = re.compile(r"^    (?P<type>[\w ]+?) (?P<names>\w+\[[^;]*);", re.MULTILINE)
+_MADE = "calloc(1, sizeof(Instance));\n"
+
+
+def guard_arrays(sources: Path) -> None:
+    """Put poisoned bytes behind each array of the wrapper's Instance.
+
+    By itself the address sanitizer knows the borders of a piece of memory, not those inside it.
+    """
+    header, maker = sources / "instance.h", sources / "life.h"
+    names: list[str] = []
+
+    def guarded(found: re.Match[str]) -> str:
+        lines = []
+        for name in found["names"].split(", "):
+            names.append(f"guard_{name.partition('[')[0]}")
+            lines += [f"    {found['type']} {name};", f"    char {names[-1]}[64];"]
+        return "\n".join(lines)
+
+    text = header.read_text()
+    header.write_text(_MEMBERS.sub(lambda found: _ARRAYS.sub(guarded, found[0]), text))
+    poison = [f"if (m) __asan_poison_memory_region(m->{name}, 64);\n" for name in names]
+    text = maker.read_text()
+    assert names and text.count(_MADE) == 1
+    include = "#include <sanitizer/asan_interface.h>\n"
+    maker.write_text(include + text.replace(_MADE, _MADE + "".join(poison)))
 
 
 def description_c(description: ModelDescription) -> str:

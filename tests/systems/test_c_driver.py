@@ -27,6 +27,22 @@ from tests.drivers import (
 )
 from tests.hybrid_plants import COARSE, braking
 
+
+def springs(n: int = 9) -> Plant:
+    """Bodies in a row, each pulled by its neighbours: loops in the generated C."""
+    with Plant("springs", stop=10.0, step=0.05) as plant:
+        pull = plant.input("pull", unit="N", minimum=-1.0, maximum=1.0)
+        mass = plant.parameter("mass", [1.0 + 0.1 * i for i in range(n)], unit="kg", size=n)
+        x = plant.state("body[].x", unit="m", size=n, output=True)
+        v = plant.state("body[].v", unit="m/s", size=n)
+        force = x[:-1] - x[1:] + 0.5 * (v[:-1] - v[1:])
+        plant.der(x, v)
+        plant.der(v, (ca.vertcat(pull, force) - ca.vertcat(force, 0.0)) / mass)
+        plant.output("force", force, unit="N")
+        plant.output("largest", ca.mmax(force), unit="N")
+    return plant
+
+
 EULER = SemiImplicitEuler(inner_step=0.01, positions=("position",))
 PLANTS: dict[str, Callable[[], Plant]] = {
     "everything": plants.everything,
@@ -38,8 +54,9 @@ PLANTS: dict[str, Callable[[], Plant]] = {
     "clock": hybrid_plants.clock,
     "draft gear": hybrid_plants.draft_gear,
     "geared": hybrid_plants.geared,
+    "springs": springs,
 }
-WITHOUT_EVENTS = ("everything", "draft gear", "geared")
+WITHOUT_EVENTS = ("everything", "draft gear", "geared", "springs")
 EXCHANGE, CO_SIMULATION = 0, 1
 
 
