@@ -5,6 +5,7 @@
  * loops with an array of forces between them.
  */
 #include <math.h>
+#include <stddef.h>
 
 typedef struct {
     double stiffness, stiffening, damping, constant, linear, quadratic, threshold, grade;
@@ -71,3 +72,21 @@ static void two_loops(const double *restrict state, double traction, const Param
     }
 RUN(run_one_loop, one_loop)
 RUN(run_two_loops, two_loops)
+
+/* The FMU stepped from C as a tool does it: one input set, one step, the outputs read. */
+typedef int (*SetReal)(void *, const unsigned *, size_t, const double *);
+typedef int (*DoStep)(void *, double, double, int);
+typedef int (*GetReal)(void *, const unsigned *, size_t, double *);
+
+__attribute__((visibility("default")))
+int run_fmu(void *component, SetReal set, DoStep step, GetReal get, unsigned input, double value,
+            const unsigned *outputs, size_t size, double *values, double h, long steps) {
+    long k;
+    int failed = 0;
+    for (k = 0; k < steps; k++) {
+        failed |= set(component, &input, 1, &value);
+        failed |= step(component, (double)k * h, h, 1);
+        failed |= get(component, outputs, size, values);
+    }
+    return failed;
+}

@@ -44,8 +44,8 @@ def start(n: int) -> np.ndarray:
     return np.concatenate([12.0 + 0.05 * np.sin(0.7 * i), 0.01 * np.cos(1.3 * i) - 0.002 * i])
 
 
-def by_hand(n: int, compiler: str, folder: Path) -> list[Run]:
-    """Return the two loops of chain.c."""
+def by_hand(n: int, compiler: str, folder: Path) -> tuple[Run, Run, ctypes.CDLL]:
+    """Return the two loops of chain.c, and its library."""
     source, library = folder / f"hand{n}.c", folder / f"hand{n}-{compiler}.so"
     code = Path(__file__).with_name("chain.c").read_text()
     source.write_text(f"#define N {n}\n{code}")
@@ -67,7 +67,7 @@ def by_hand(n: int, compiler: str, folder: Path) -> list[Run]:
 
         return run
 
-    return [timed(functions.run_one_loop), timed(functions.run_two_loops)]
+    return timed(functions.run_one_loop), timed(functions.run_two_loops), functions
 
 
 @dataclass
@@ -97,23 +97,48 @@ class Fmu:
         return spent, np.array(self.slave.getReal([*range(2 * self.n)]))
 
     def outer(self, steps: int) -> tuple[float, np.ndarray]:
-        """Make them within communication steps H, with one input set and all outputs read.
+        """Make them within communication steps H from Python, as railcosim's master does.
 
-        As railcosim's master does: FMPy's functions, without its lists and checks around them.
+        One input is set and all outputs read, by FMPy's functions without its lists and checks.
         """
-        self.slave.setFMUState(self.begin)
         component = ctypes.c_void_p(self.slave.component)  # pyright: ignore[reportArgumentType]
         dll = self.slave.dll
         set_real, do_step, get_real = dll.fmi2SetReal, dll.fmi2DoStep, dll.fmi2GetReal
         traction, value = (ctypes.c_uint32 * 1)(self.traction), (ctypes.c_double * 1)(TRACTION)
         size = len(self.outputs)
         outputs, values = (ctypes.c_uint32 * size)(*self.outputs), (ctypes.c_double * size)()
-        failed = 0
+
+        def step(count: int) -> int:
+            failed = 0
+            for k in range(count):
+                failed |= set_real(component, traction, 1, value)
+                failed |= do_step(component, k * H, H, 1)
+                failed |= get_real(component, outputs, size, values)
+            return failed
+
+        return self._timed(step, steps)
+
+    def from_c(self, driver: ctypes.CDLL) -> Run:
+        """Return the same run from C, as other tools step an FMU."""
+        dll, size = self.slave.dll, len(self.outputs)
+        functions = [
+            ctypes.cast(getattr(dll, name), ctypes.c_void_p)
+            for name in ("fmi2SetReal", "fmi2DoStep", "fmi2GetReal")
+        ]
+        component = ctypes.c_void_p(self.slave.component)  # pyright: ignore[reportArgumentType]
+        outputs, values = (ctypes.c_uint32 * size)(*self.outputs), (ctypes.c_double * size)()
+        head = (component, *functions, ctypes.c_uint32(self.traction), ctypes.c_double(TRACTION))
+        tail = (outputs, ctypes.c_size_t(size), values, ctypes.c_double(H))
+
+        def step(count: int) -> int:
+            return driver.run_fmu(*head, *tail, ctypes.c_long(count))
+
+        return lambda steps: self._timed(step, steps)
+
+    def _timed(self, step: Callable[[int], int], steps: int) -> tuple[float, np.ndarray]:
+        self.slave.setFMUState(self.begin)
         began = process_time()
-        for k in range(round(steps * INNER / H)):
-            failed |= set_real(component, traction, 1, value)
-            failed |= do_step(component, k * H, H, 1)
-            failed |= get_real(component, outputs, size, values)
+        failed = step(round(steps * INNER / H))
         spent = process_time() - began
         if failed:
             raise SystemExit("a call of the FMU failed")
@@ -155,13 +180,15 @@ def least(runs: dict[str, Run], steps: int) -> dict[str, float]:
 def inner_loop(compiler: str, folder: Path) -> None:
     """Print inner steps against the loops by hand."""
     for n, (steps, allowed) in SIZES.items():
-        one, two = by_hand(n, compiler, folder)
+        one, two, driver = by_hand(n, compiler, folder)
         fmu = through_fmu(n, build(chain(n), compiler=compiler), folder)
-        best = least({"one": one, "two": two, "inner": fmu.inner, "outer": fmu.outer}, steps)
+        runs = {"one": one, "two": two, "inner": fmu.inner, "python": fmu.outer}
+        best = least({**runs, "c": fmu.from_c(driver)}, steps)
         hand = min(best["one"], best["two"])
         name = f"{compiler:6} {n:5} vehicles"
         row(f"{name}, inner step", best["inner"], hand, allowed)
-        row(f"{name}, communication step {H} s", best["outer"], hand, 1.25)
+        row(f"{name}, every {H} s from C", best["c"], hand, 1.25)
+        row(f"{name}, every {H} s from Python", best["python"], hand, 1.25)
 
 
 def row(name: str, mine: float, theirs: float, allowed: float) -> None:
