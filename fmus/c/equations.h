@@ -13,7 +13,7 @@ static void evaluate(Instance *m, Evaluated function, double t, const double *x,
     function(&t, x, inputs_at(m, t), m->now.value, m->iw, m->w, result);
 }
 
-static double no_seeds[N_VALUES]; /* zeros */
+static const double no_seeds[N_VALUES] = {0};
 
 /* The directional derivative of a function along seeds for time, states, inputs and (by value
  * reference) everything else; a null pointer stands for zeros. */
