@@ -64,7 +64,7 @@ class Runtime:
             yield
             return
         what = f"zig's runtime for {self.target}"
-        with announced(f"building {what}, once; may take minutes", f"built {what}"):
+        with announced(f"building {what}, once; takes some seconds", f"built {what}"):
             yield
         with suppress(OSError):  # no more than a message too many next time
             self._mark(kind).touch()

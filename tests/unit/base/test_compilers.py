@@ -78,7 +78,7 @@ def test_the_first_runtime_of_a_target_is_announced_once(
 
     compiler = fake_zig(tmp_path)
     first = said(compiler, ".dll").splitlines()
-    assert first[0] == "building zig's runtime for none, once; may take minutes ..."
+    assert first[0] == "building zig's runtime for none, once; takes some seconds ..."
     assert first[1].startswith("built zig's runtime for none in ")
     assert said(compiler, ".dll") == ""
     assert said(fake_zig(tmp_path), ".dll") == ""  # another process finds the mark
