@@ -113,7 +113,7 @@ def test_a_chain_of_vectors_follows_scipy() -> None:
 
 
 def test_an_exported_fmu_is_valid(tmp_path: Path) -> None:
-    path = export(ball(), tmp_path / "ball.fmu", compiler="system")
+    path = export(ball(), tmp_path / "ball.fmu")
     assert validate_fmu(str(path)) == []
     description = fmpy.read_model_description(str(path))
     assert description.modelName == "ball"
