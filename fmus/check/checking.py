@@ -176,7 +176,9 @@ def _reference(
         report.skip("reference", "none given (--reference), and the FMU carries no equations")
     elif subject.is_hybrid:
         rules = "'equations' and 'against co-simulation' stand for it"
-        report.nothing("reference", f"the equations do not tell what events and updates do; {rules}")
+        report.nothing(
+            "reference", f"the equations do not tell what events and updates do; {rules}"
+        )
     else:
         _against_equations(subject, task, equations, found, report)
 
