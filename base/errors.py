@@ -28,6 +28,14 @@ class AlgebraicLoopError(DiagramError):
     """Blocks with direct feedthrough depend on each other within one instant."""
 
 
+class ConvergenceError(RailcosimError):
+    """Coupled equations were not solved: a loop of blocks, FMUs that drive each other."""
+
+
+class CheckpointError(RailcosimError):
+    """A simulation's state cannot be saved, or does not belong to the diagram that resumes."""
+
+
 class FmuError(RailcosimError):
     """An FMU cannot be read, loaded or stepped, or reports an error."""
 

@@ -5,6 +5,15 @@ from typing import TYPE_CHECKING
 from ..base.lazy import lazy
 
 if TYPE_CHECKING:
+    from .algorithms import (
+        FixedPoint,
+        GaussSeidel,
+        Iterated,
+        Jacobi,
+        Newton,
+        StepDoubling,
+        TwoPhase,
+    )
     from .block import Block
     from .blocks.constant import Constant
     from .blocks.delay import Delay
@@ -18,45 +27,92 @@ if TYPE_CHECKING:
     from .blocks.saturation import Saturation
     from .blocks.step import Step
     from .blocks.sum import Sum
+    from .blocks.variable_delay import VariableDelay
+    from .checkpoint import Checkpoint
     from .diagram import Diagram
+    from .observer import Observer
+    from .pacing import Pace
+    from .recording import Recording
     from .result import Run, SimulationError
+    from .scenario import Bias, DropOut, Freeze, Override, Scenario, SetDelay, SetParameter
+    from .simulation import Simulation
 
 _HOME = {
+    "Bias": "scenario",
     "Block": "block",
+    "Checkpoint": "checkpoint",
     "Constant": "blocks.constant",
     "Delay": "blocks.delay",
     "Diagram": "diagram",
+    "DropOut": "scenario",
+    "FixedPoint": "algorithms",
     "Fmu": "blocks.fmu",
+    "Freeze": "scenario",
     "Gain": "blocks.gain",
+    "GaussSeidel": "algorithms",
     "Hold": "blocks.hold",
+    "Iterated": "algorithms",
+    "Jacobi": "algorithms",
+    "Newton": "algorithms",
     "Noise": "blocks.noise",
+    "Observer": "observer",
+    "Override": "scenario",
+    "Pace": "pacing",
     "Profile": "blocks.profile",
     "Pulse": "blocks.pulse",
     "Ramp": "blocks.ramp",
+    "Recording": "recording",
     "Run": "result",
     "Saturation": "blocks.saturation",
+    "Scenario": "scenario",
+    "SetDelay": "scenario",
+    "SetParameter": "scenario",
+    "Simulation": "simulation",
     "SimulationError": "result",
     "Step": "blocks.step",
+    "StepDoubling": "algorithms",
     "Sum": "blocks.sum",
+    "TwoPhase": "algorithms",
+    "VariableDelay": "blocks.variable_delay",
 }
 
 __all__ = [
+    "Bias",
     "Block",
+    "Checkpoint",
     "Constant",
     "Delay",
     "Diagram",
+    "DropOut",
+    "FixedPoint",
     "Fmu",
+    "Freeze",
     "Gain",
+    "GaussSeidel",
     "Hold",
+    "Iterated",
+    "Jacobi",
+    "Newton",
     "Noise",
+    "Observer",
+    "Override",
+    "Pace",
     "Profile",
     "Pulse",
     "Ramp",
+    "Recording",
     "Run",
     "Saturation",
+    "Scenario",
+    "SetDelay",
+    "SetParameter",
+    "Simulation",
     "SimulationError",
     "Step",
+    "StepDoubling",
     "Sum",
+    "TwoPhase",
+    "VariableDelay",
 ]
 
 

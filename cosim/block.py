@@ -13,10 +13,14 @@ where x is a nested tuple of numbers, u one value per input port and y one numbe
 where there are several output ports, both in the ports' order. With `timed` set, the time t (s)
 follows x: step(x, t, *u), output(x, t), update(x, t, *u).
 
+A block without feedthrough may name inputs in `direct` that output() needs nevertheless: it is
+called as output(x, *direct ones), and update() with all inputs.
+
 Nothing may be kept on the block itself: so a run repeats bit for bit, a checkpoint is the tuple,
 and one diagram can run many times at once.
 """
 
+import math
 from collections.abc import Mapping
 from dataclasses import fields, is_dataclass, replace
 from typing import Any, Self, get_type_hints
@@ -37,12 +41,17 @@ class Block:
     inputs: Ports = {}
     outputs: Ports = {}
     feedthrough: bool = True
+    direct: tuple[str, ...] = ()  # inputs that output() takes, of a block without feedthrough
     timed: bool = False
+    # The output is a continuous signal: a function of time and inputs that is not sampled and held
+    # from one hit to the next. Without a state, it is evaluated within a step too.
+    continuous: Any = False
     run_by_engine: bool = False  # FMUs and delays: the generated code has them, not step()
     shares_unit: bool = True  # all ports without a unit have one and the same unit
     # s between sample hits, or None: every step of the diagram. Any, so that a block whose
     # period is always a number may say so.
     period: Any = None
+    types: Mapping[str, str] = {}  # of those outputs that are no float64: "int64", "bool"
 
     def start(self) -> State:
         """Return the state at the run's start."""
@@ -61,6 +70,19 @@ class Block:
     def update(self, *args: Any, **kwargs: Any) -> State:
         """Return the next state of a block without direct feedthrough, from (x, *u)."""
         return args[0]
+
+    def next_event(self, x: State, t: float) -> float:
+        """Return the time (s) of the output's next jump after t, math.inf if there is none.
+
+        For blocks without inputs: FMUs that the output reaches land on it, wherever between the
+        steps it lies.
+        """
+        return math.inf
+
+    @property
+    def has_events(self) -> bool:
+        """Whether the block announces its events."""
+        return type(self).next_event is not Block.next_event
 
     # Parameters, for `--set` and sweeps
 

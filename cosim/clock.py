@@ -37,6 +37,10 @@ class Clock:
         """Return the time of a tick in s."""
         return float(self.start + tick * self.step)
 
+    def place(self, seconds: float) -> Fraction:
+        """Return a time as a number of ticks, whole or not."""
+        return (rational(seconds) - self.start) / self.step
+
     def times(self, count: int) -> list[float]:
         """Return the times of the first `count` ticks in s."""
         a, b, q = self.integers

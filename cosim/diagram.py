@@ -1,6 +1,5 @@
 """The diagram: blocks by name, connected by `block.port`."""
 
-import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
@@ -15,8 +14,15 @@ from .clock import rational
 if TYPE_CHECKING:
     from control import StateSpace
 
+    from .algorithms import Master
+    from .checkpoint import Checkpoint
+    from .observer import Observer
+    from .pacing import Pace
     from .plan import Plan
+    from .recording import Recording
     from .result import Run
+    from .scenario import Scenario
+    from .simulation import Simulation
 
 
 @dataclass(frozen=True)
@@ -141,31 +147,91 @@ class Diagram:
             copy.connect(str(source), str(target))
         return copy
 
-    def plan(self, *, start: float | Fraction = 0.0) -> "Plan":
+    def plan(self, *, start: float | Fraction = 0.0, algorithm: "Master | None" = None) -> "Plan":
         """Return the schedule; raise DiagramError for an open input or an algebraic loop."""
-        if not isinstance(start, int | float | Fraction) or not math.isfinite(start):
-            raise DiagramError(f"start must be a time in s, not {start!r}")
         from .plan import make_plan
 
-        return make_plan(self, start)
+        return make_plan(self, start, algorithm)
 
     def run(
         self,
         stop: float | Fraction,
         *,
         start: float | Fraction = 0.0,
-        record: Sequence[str] | None = None,
+        algorithm: "Master | None" = None,
+        record: "Sequence[str] | Recording | None" = None,
+        scenario: "Scenario | None" = None,
+        observers: "Sequence[Observer]" = (),
+        pace: "Pace | None" = None,
+        engine: str = "auto",
+        resume: "Checkpoint | None" = None,
         progress: bool = True,
     ) -> "Run":
         """Run afresh from start to stop (s) and return the recorded signals.
 
-        `record` lists the outputs to keep ("block.port"; default: all). N steps give N + 1 rows.
-        On a terminal a progress bar appears after two seconds, unless `progress` is False.
+        N steps give N + 1 rows. Options, each a value of its own:
+
+        - `algorithm`: how FMUs are coupled (default `TwoPhase()`), see `algorithms`.
+        - `record`: the outputs to keep ("block.port"; default: all), or a `Recording`.
+        - `scenario`: parameters, overrides and faults that change at given times.
+        - `observers`: functions that are called at every tick, or every n-th.
+        - `pace`: real time, or a multiple of it.
+        - `engine`: "compiled" (needs a C compiler once), "python", or "auto", the first if it can
+          be had. Both give the same bits; the run's `info` says which ran.
+        - `resume`: a `Checkpoint` to go on from; `stop` still counts from the diagram's zero.
+        - `progress`: on a terminal a bar appears after two seconds.
+
         Raise SimulationError, which carries the rows so far, if a block fails.
         """
         from .run import run
+        from .simulation import Options
 
-        return run(self.plan(start=start), stop, record=record, progress=progress)
+        options = Options(
+            start=start,
+            algorithm=algorithm,
+            record=record,
+            scenario=scenario,
+            observers=observers,
+            pace=pace,
+            engine=engine,
+            resume=resume,
+        )
+        return run(self, stop, options, progress=progress)
+
+    def simulation(
+        self,
+        *,
+        start: float | Fraction = 0.0,
+        algorithm: "Master | None" = None,
+        record: "Sequence[str] | Recording | None" = None,
+        scenario: "Scenario | None" = None,
+        observers: "Sequence[Observer]" = (),
+        pace: "Pace | None" = None,
+        engine: str = "auto",
+        resume: "Checkpoint | None" = None,
+    ) -> "Simulation":
+        """Return a simulation that stands at the start, to be taken on step by step.
+
+        Options as for `run`. Use it in a `with`:
+
+            with loop.simulation() as simulation:
+                simulation.advance(5.0)
+                simulation["train.speed"]
+                simulation.checkpoint().save("at_5s.checkpoint")
+        """
+        from .simulation import Options, Simulation
+
+        options = Options(
+            start=start,
+            algorithm=algorithm,
+            record=record,
+            scenario=scenario,
+            observers=observers,
+            pace=pace,
+            engine=engine,
+            resume=resume,
+        )
+        return Simulation(self, options)
 
     def linearise(
         self,

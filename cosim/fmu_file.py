@@ -1,5 +1,6 @@
 """FMU files: the model description, the extracted files, the library for this machine."""
 
+import os
 import tempfile
 import threading
 import zipfile
@@ -69,7 +70,9 @@ def extracted(path: Path) -> Path:
 def _extract(path: Path) -> tempfile.TemporaryDirectory[str]:
     from fmpy import extract
 
-    folder = tempfile.TemporaryDirectory(prefix="railcosim-", ignore_cleanup_errors=True)
+    folder = tempfile.TemporaryDirectory(
+        prefix=f"railcosim-{os.getpid()}-", ignore_cleanup_errors=True
+    )
     try:
         extract(str(path), folder.name)
     except Exception as error:  # a damaged member, an illegal path, a full disk
@@ -103,6 +106,17 @@ def unit_of(variable: Any) -> str | None:
     """Return the unit that a variable or its declared type gives."""
     declared = variable.declaredType
     return variable.unit or (declared.unit if declared is not None else None)
+
+
+def direct_inputs(description: Any) -> set[str]:
+    """Return the inputs that some output depends on directly, by the model structure."""
+    inputs = {v.name for v in description.modelVariables if v.causality == "input"}
+    found: set[str] = set()
+    for unknown in description.outputs:
+        # No list of dependencies means that the output may depend on everything.
+        known = unknown.dependencies
+        found |= inputs if known is None else {v.name for v in known} & inputs
+    return found
 
 
 def start_of(variable: Any) -> Any:

@@ -1,70 +1,30 @@
 """One instance of an FMI 2.0 co-simulation FMU through FMPy, from loading to freeing."""
 
-import contextlib
 import os
-from collections import deque
 from collections.abc import Sequence
-from ctypes import byref, c_double, c_int, c_uint, c_void_p
-from functools import lru_cache
-from itertools import count
+from contextlib import suppress
+from ctypes import byref, c_double, c_int, c_size_t, c_void_p
 from pathlib import Path
 from typing import Any, NoReturn
 
+import numpy as np
+
 from ..base.errors import FmuError
+from .fmu_calls import TYPES, Functions, Group, slots
 from .fmu_file import LOADING, binary_of, extracted, read_description, require_co_simulation
+from .fmu_log import callbacks, close_log, open_log, status_word
+from .retry import repeat
 
-STATUS = ("fmi2OK", "fmi2Warning", "fmi2Discard", "fmi2Error", "fmi2Fatal", "fmi2Pending")
-LOG_LINES = 20
-# FMI type -> (FMI function suffix, ctypes type); an enumeration travels as an integer.
-TYPES = {
-    "Real": ("Real", c_double),
-    "Integer": ("Integer", c_int),
-    "Enumeration": ("Integer", c_int),
-    "Boolean": ("Boolean", c_int),
-}
-
-
-# One logger for all instances: FMPy's proxy, which formats the messages, remembers only one.
-_logs: dict[int, deque[str]] = {}
-_numbers = count(1)
-
-
-def _log(environment: int, name: bytes, status: int, category: bytes, message: bytes) -> None:
-    lines = _logs.get(environment or 0)
-    if lines is not None:
-        word = STATUS[status] if 0 <= status < len(STATUS) else str(status)
-        lines.append(f"[{word}] {(message or b'').decode(errors='replace')}")
-
-
-@lru_cache(maxsize=1)
-def _callbacks_parts() -> tuple[Any, Any, Any]:
-    from fmpy import calloc, fmi2, free
-
-    return (
-        fmi2.fmi2CallbackLoggerTYPE(_log),
-        fmi2.fmi2CallbackAllocateMemoryTYPE(calloc),
-        fmi2.fmi2CallbackFreeMemoryTYPE(free),
-    )
-
-
-def _callbacks(number: int) -> Any:
-    from fmpy import fmi2
-
-    logger, allocate, free = _callbacks_parts()
-    callbacks = fmi2.fmi2CallbackFunctions(logger, allocate, free)
-    callbacks.componentEnvironment = number
-    # FMPy's helper that formats messages is a binary of its own, not there on every processor;
-    # without it messages arrive as the FMU wrote them.
-    proxy = getattr(fmi2, "addLoggerProxy", None)
-    if proxy is not None:
-        proxy(byref(callbacks))
-    return callbacks
+DISCARD, FATAL = 2, 4
 
 
 class FmuInstance:
     """One instance of an FMU, from instantiation to free; all failures are FmuError.
 
     `inputs` and `outputs` name the ports, each with an array slot: `slots(names)`.
+
+    A step that the FMU discards is repeated in smaller ones where the FMU can restore its state
+    (see `retry`). FMUs made by railcosim discard none, so their state is not saved for it.
     """
 
     def __init__(
@@ -80,26 +40,25 @@ class FmuInstance:
         self.path = path
         self.description = read_description(path)
         self._by_name = {v.name: v for v in self.description.modelVariables}
-        self._number = next(_numbers)
-        self._log = _logs[self._number] = deque(maxlen=LOG_LINES)
+        self._number, self._log = open_log()
         self.time = 0.0
         self._fatal = False
         self._running = False  # between initialization and an error: fmi2Terminate is allowed
-        self._in = _Group.of([self._by_name[n] for n in inputs])
-        self._out = _Group.of([self._by_name[n] for n in outputs])
-        self.input_slots = _slots(inputs, self._in)
-        self.output_slots = _slots(outputs, self._out)
-        with LOADING:
-            self._load(self.description.guid if guid is None else guid)
-        callbacks = _callbacks(self._number)
+        self._kept: c_void_p | None = None
+        self.sloped = False  # whether the latest step had slopes
+        self._in = Group.of([self._by_name[n] for n in inputs])
+        self._out = Group.of([self._by_name[n] for n in outputs])
+        self.input_slots = slots(inputs, self._in)
+        self.output_slots = slots(outputs, self._out)
         try:
-            self.fmu.instantiate(callbacks=callbacks)
-        except Exception as error:
-            self.fmu.freeLibrary()
-            failure = self._error("fmi2Instantiate returned no instance")
-            del _logs[self._number]
-            raise failure from error
-        self.component = c_void_p(self.fmu.component)  # pyright: ignore[reportArgumentType]
+            with LOADING:
+                self._load(self.description.guid if guid is None else guid)
+            self._instantiate()
+        except BaseException:
+            close_log(self._number)
+            raise
+        self.component = c_void_p(self.fmu.component)
+        self._capabilities()
         self._prepare()
 
     def _load(self, guid: str) -> None:
@@ -112,7 +71,7 @@ class FmuInstance:
         except OSError:
             raise FmuError("the working directory is gone; change to one that exists") from None
         try:
-            self.fmu = FMU2Slave(
+            self.fmu: Any = FMU2Slave(
                 guid=guid,
                 modelIdentifier=identifier,
                 unzipDirectory=str(extracted(self.path)),
@@ -120,57 +79,113 @@ class FmuInstance:
                 instanceName=self.name,
             )
         except Exception as error:
-            del _logs[self._number]
             words = str(error).replace("\n", " ")
             raise FmuError(f"block '{self.name}': {self.path} cannot be loaded: {words}") from error
         finally:
             os.chdir(here)  # FMPy changes it and, on failure, does not change it back
-        self._dll = self.fmu.dll
+
+    def _instantiate(self) -> None:
+        try:
+            self.fmu.instantiate(callbacks=callbacks(self._number))
+        except Exception as error:
+            self.fmu.freeLibrary()
+            raise self._error("fmi2Instantiate returned no instance") from error
+
+    def _capabilities(self) -> None:
+        declared = self.description.coSimulation or self.description.modelExchange
+        self.can_restore = bool(declared.canGetAndSetFMUstate)
+        self.can_serialize = self.can_restore and bool(declared.canSerializeFMUstate)
+        self.gives_directional = bool(declared.providesDirectionalDerivative)
+        self.takes_slopes = bool(getattr(declared, "canInterpolateInputs", False))
+        self.is_ours = str(self.description.generationTool or "").startswith("railcosim")
+        self.retries = self.can_restore and not self.is_ours
+
+    @property
+    def steps_inline(self) -> bool:
+        """Whether a step is no more than the calls in `puts`, `step` and `gets`."""
+        return not self.retries
 
     def _prepare(self) -> None:
         """Look every function up once: the steps then cost no more than their calls."""
-        functions = self._dll
-        puts, gets = (
-            [
-                (getattr(functions, name), g.references, g.size, g.values, name)
-                for g in groups
-                for name in [f"fmi2{verb}{g.suffix}"]
-            ]
-            for verb, groups in (("Set", self._in), ("Get", self._out))
-        )
-        component, do_step, fail = self.component, functions.fmi2DoStep, self._fail
+        functions = Functions(self.fmu.dll, self.fmu.component, holds_gil=self.is_ours)
+        self.puts = [group.call(functions, "Set") for group in self._in]
+        self.gets = [group.call(functions, "Get") for group in self._out]
+        self.clock, self.span = c_double(), c_double()
+        # An FMU that can restore its state may be asked to: it must not forget what was before.
+        step = (self.clock, self.span, 0 if self.can_restore else 1)
+        self.step = functions.call("fmi2DoStep", *step)
+        self._prepare_slopes(functions)
 
-        def put() -> None:
-            for function, references, size, values, name in puts:
-                status = function(component, references, size, values)
-                if status > 1:
-                    fail(name, status)
+    def _prepare_slopes(self, functions: Functions) -> None:
+        real = next((group for group in self._in if group.suffix == "Real"), None)
+        # For each port its place among the slopes, None for one that is no real.
+        self.slope_slots = [
+            i if real is not None and array is real.values else None
+            for array, i, _ in self.input_slots
+        ]
+        self.slope_values = (c_double * (real.size if real is not None else 0))()
+        self.slope_puts = []
+        if real is not None and self.takes_slopes:
+            orders = (c_int * real.size)(*([1] * real.size))
+            arguments = (byref(real.references), c_size_t(real.size), byref(orders))
+            put = functions.call(
+                "fmi2SetRealInputDerivatives", *arguments, byref(self.slope_values)
+            )
+            self.slope_puts = [put]
 
-        def fetch() -> None:
-            for function, references, size, values, name in gets:
-                status = function(component, references, size, values)
-                if status > 1:
-                    fail(name, status)
+    # Steps
 
-        def advance(t: float, h: float) -> None:
-            for function, references, size, values, name in puts:
-                status = function(component, references, size, values)
-                if status > 1:
-                    fail(name, status, t)
-            status = do_step(component, t, h, 1)
+    def _each(self, calls: list[Any], time: float | None = None) -> None:
+        for function, arguments, name in calls:
+            status = function(*arguments)
             if status > 1:
-                fail("fmi2DoStep", status, t)
-            for function, references, size, values, name in gets:
-                status = function(component, references, size, values)
-                if status > 1:
-                    fail(name, status, t + h)
+                self.fail(name, status, time)
 
-        self.put, self.fetch, self.advance = put, fetch, advance
+    def put(self) -> None:
+        """Set the inputs."""
+        self._each(self.puts)
+
+    def put_slopes(self) -> None:
+        """Set the inputs' first derivatives."""
+        self._each(self.slope_puts)
+
+    def fetch(self) -> None:
+        """Get the outputs."""
+        self._each(self.gets)
+
+    def advance(self, t: float, h: float) -> None:
+        """Set the inputs, step from t to t + h (s) and get the outputs."""
+        self._each(self.puts, t)
+        self.sloped = False
+        self._step(t, h)
+
+    def advance_sloped(self, t: float, h: float) -> None:
+        """Step as `advance`, with the inputs' first derivatives as `slopes` wrote them."""
+        self._each(self.puts, t)
+        self._each(self.slope_puts, t)
+        self.sloped = True
+        self._step(t, h)
+
+    def _step(self, t: float, h: float) -> None:
+        if self.retries:
+            self._kept = self.save(self._kept)
+        status = self.try_step(t, h)
+        if status == DISCARD and self.retries:
+            repeat(self, self._kept, t, h)
+        elif status > 1:
+            self.fail(self.step[2], status, t)
+        self._each(self.gets, t + h)
+
+    def try_step(self, t: float, h: float) -> int:
+        """Call fmi2DoStep from t over h (s) and return its status, whatever it is."""
+        self.clock.value, self.span.value = t, h
+        function, arguments, _ = self.step
+        return function(*arguments)
 
     # Life
 
     def set(self, name: str, value: Any) -> None:
-        """Set one variable, before or in initialization mode, or an input."""
+        """Set one variable, before or in initialization mode, or a tunable parameter or input."""
         variable = self._by_name[name]
         if variable.type == "String":
             self._call("setString", [variable.valueReference], [str(value)])
@@ -200,64 +215,102 @@ class FmuInstance:
         for (array, i, convert), value in zip(self.input_slots, values, strict=True):
             array[i] = convert(value) if convert else value
 
+    def slopes(self, values: Sequence[float]) -> None:
+        """Write the inputs' first derivatives, in the ports' order, for advance_sloped()."""
+        for i, value in zip(self.slope_slots, values, strict=True):
+            if i is not None:
+                self.slope_values[i] = value
+
     def outputs(self) -> tuple[float, ...]:
         """Return the outputs last fetched, in the ports' order."""
         return tuple(float(array[i]) for array, i, _ in self.output_slots)
 
-    def close(self) -> None:
-        """Terminate and free the instance; errors in this are of no more use to anyone."""
+    def close(self) -> str | None:
+        """Terminate and free the instance; return what went wrong in that, if anything."""
+        trouble = None
         if self._running:
-            with contextlib.suppress(Exception):
-                self.fmu.terminate()
+            try:
+                self._call("terminate")
+            except FmuError as error:
+                trouble = str(error)
         if not self._fatal:
-            with contextlib.suppress(Exception):
+            with suppress(Exception):
                 self.fmu.freeInstance()
-        _logs.pop(self._number, None)
+        close_log(self._number)
+        return trouble
+
+    # State
+
+    def save(self, into: Any = None) -> c_void_p:
+        """Return a handle on a copy of the state; `into` is one to use again."""
+        handle = c_void_p() if into is None else into
+        self._state_call("fmi2GetFMUstate", byref(handle))
+        return handle
+
+    def restore(self, handle: Any) -> None:
+        """Bring the FMU back to a saved state, also after an error."""
+        self._state_call("fmi2SetFMUstate", handle)
+        self._running = True
+
+    def release(self, handle: Any) -> None:
+        """Free a saved state."""
+        self._state_call("fmi2FreeFMUstate", byref(handle))
+
+    def _state_call(self, name: str, argument: Any) -> None:
+        status = getattr(self.fmu.dll, name)(self.component, argument)
+        if status > 1:
+            self.fail(name, status)
+
+    def to_bytes(self, handle: Any) -> bytes:
+        """Return a saved state as bytes."""
+        return self._call("serializeFMUstate", handle)
+
+    def from_bytes(self, data: bytes) -> Any:
+        """Return a handle on the state that these bytes are."""
+        return self._call("deSerializeFMUstate", data)
+
+    # Derivatives
+
+    def directional(
+        self, unknowns: Sequence[str], knowns: Sequence[str], seed: Sequence[float] | np.ndarray
+    ) -> np.ndarray:
+        """Return the directional derivatives of the unknowns along the seed."""
+        rows, columns = ([self._by_name[n].valueReference for n in s] for s in (unknowns, knowns))
+        return np.array(
+            self._call("getDirectionalDerivative", rows, columns, [float(s) for s in seed])
+        )
 
     # Failing
 
-    def _call(self, function: str, *args: Any, **kwargs: Any) -> None:
+    def _call(self, function: str, *args: Any, **kwargs: Any) -> Any:
         from fmpy.fmi1 import FMICallException
 
         try:
-            getattr(self.fmu, function)(*args, **kwargs)
+            return getattr(self.fmu, function)(*args, **kwargs)
         except FMICallException as error:
-            self._fail(error.function, error.status)
+            self.fail(error.function, error.status)
 
-    def _fail(self, function: str, status: int, time: float | None = None) -> NoReturn:
+    def fail(
+        self, function: str, status: int, time: float | None = None, remedy: str = ""
+    ) -> NoReturn:
+        """Raise FmuError for a status that an FMI function returned at a time (s)."""
         self._running = False
-        self._fatal = status == STATUS.index("fmi2Fatal")
-        word = STATUS[status] if 0 <= status < len(STATUS) else f"status {status}"
+        self._fatal = status == FATAL
         at = self.time if time is None else time
-        raise self._error(f"{function} at t = {at:.9g} s returned {word}")
+        what = f"{function} at t = {at:.9g} s returned {status_word(status)}"
+        if status == DISCARD and function == "fmi2DoStep" and not remedy:
+            remedy = self._about_discard()
+        raise self._error(f"{what}{remedy}")
+
+    def _about_discard(self) -> str:
+        reached = c_double()
+        kind = 2  # fmi2LastSuccessfulTime
+        known = self.fmu.dll.fmi2GetRealStatus(self.component, kind, byref(reached)) <= 1
+        until = f" after {reached.value:.9g} s" if known else ""
+        if self.can_restore:
+            return until
+        return f"{until}; it cannot restore its state, so no smaller step can be tried"
 
     def _error(self, what: str) -> FmuError:
         log = "; ".join(self._log)
         return FmuError(f"block '{self.name}': {what}: {log or 'the FMU logged nothing'}")
-
-
-class _Group:
-    """Variables of one FMI type, read or written in one call."""
-
-    def __init__(self, kind: str, variables: list[Any]) -> None:
-        self.suffix, c_type = TYPES[kind]
-        self.names = [v.name for v in variables]
-        self.size = len(variables)
-        self.references = (c_uint * self.size)(*(v.valueReference for v in variables))
-        self.values = (c_type * self.size)()
-
-    @classmethod
-    def of(cls, variables: list[Any]) -> "list[_Group]":
-        kinds = dict.fromkeys(v.type for v in variables)
-        return [cls(kind, [v for v in variables if v.type == kind]) for kind in kinds]
-
-
-def _slots(names: Sequence[str], groups: list[_Group]) -> list[tuple[Any, int, Any]]:
-    """Return (array, index, conversion) of each name; reals need no conversion."""
-    convert = {"Real": None, "Integer": round, "Boolean": bool}
-    found = {
-        name: (group.values, i, convert[group.suffix])
-        for group in groups
-        for i, name in enumerate(group.names)
-    }
-    return [found[name] for name in names]

@@ -1,193 +1,320 @@
-"""A plan as straight-line Python: one function for many ticks, one for a tick's outputs alone.
+"""A schedule as straight-line Python: the engine that runs everywhere.
 
-The text of a tick is the same in both. States and signals are local variables (x0, y0, …), so
-that a step costs no look-up; an FMU's inputs and outputs are slots of its arrays.
+Registers are local variables, so that a step costs no look-up; an FMU's inputs and outputs are
+slots of its arrays.
 """
 
 import hashlib
 import linecache
+import struct
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from functools import singledispatchmethod
 from typing import Any
 
-from ..base.errors import DiagramError, RailcosimError
-from .block import Block
-from .blocks.delay import Delay
-from .blocks.fmu import Fmu
-from .fmu_instance import FmuInstance
-from .plan import Node, Plan
+import numpy as np
+
+from .operations import (
+    Advance,
+    Announce,
+    Branch,
+    Call,
+    Due,
+    Edge,
+    Keep,
+    Line,
+    Move,
+    Operation,
+    Past,
+    Read,
+    Record,
+    Registers,
+)
+from .places import Place
+from .schedule import Schedule
 
 
 @dataclass(frozen=True)
 class Program:
     """The generated functions, with what is needed to explain a failure inside them.
 
-    advance(k, end, values, pack, buffer, size) runs ticks k … end−1 and returns the values then;
-    observe(k, values) returns the values after the outputs of tick k. Values are the nodes'
-    states followed by the signals.
+    ticks(k, end, values, pack, buffer, row, size) runs ticks k … end − 1, packs their rows from
+    offset `row` of the buffer and returns the registers then. observe(k, values) and
+    initial(k, values) return the registers after the outputs of tick k.
     """
 
     source: str
     filename: str
-    advance: Callable[..., list[Any]]
+    ticks: Callable[..., list[Any]]
     observe: Callable[[int, Sequence[Any]], list[Any]]
+    initial: Callable[[int, Sequence[Any]], list[Any]]
     node_of_line: dict[int, str]
-    pack_line: int
-    start: tuple[Any, ...]
+    record_line: int
+    width: int
+
+    name = "python"
+    reason = ""
+
+    def advance(self, k: int, end: int, values: Sequence[Any], rows: np.ndarray) -> list[Any]:
+        """Run ticks k … end − 1, write their rows, and return the registers then."""
+        buffer = memoryview(rows.data).cast("B") if rows.size else bytearray()
+        pack = struct.Struct(f"{self.width}d")
+        return self.ticks(k, end, values, pack.pack_into, buffer, 0, pack.size)
+
+    def where(self, error: BaseException) -> Place | None:
+        """Return the place in the generated code that an error came through."""
+        trace = error.__traceback__
+        while trace is not None:
+            frame, line = trace.tb_frame, trace.tb_lineno
+            if frame.f_code.co_filename == self.filename:
+                values = dict(frame.f_locals)
+                recorded = frame.f_code.co_name == "ticks" and line > self.record_line
+                return Place(self.node_of_line.get(line), values["k"], recorded, values)
+            trace = trace.tb_next
+        return None
 
 
-class _Text:
-    def __init__(self) -> None:
-        self.lines: list[str] = []
-        self.node_of_line: dict[int, str] = {}
+def generate(
+    schedule: Schedule, record: Record, *, before: Sequence[Call] = (), after: Sequence[Call] = ()
+) -> Program:
+    """Write, compile and return the program.
 
-    def add(self, depth: int, text: str, node: str | None = None) -> None:
-        self.lines.append("    " * depth + text)
-        if node is not None:
-            self.node_of_line[len(self.lines)] = node
-
-
-def generate(plan: Plan, instances: dict[str, FmuInstance], record: Sequence[int]) -> Program:
-    """Write, compile and return the program of a plan; `record` are the signals to keep."""
-    names: dict[str, Any] = {}
-    states = [f"x{i}" for i in range(len(plan.nodes))]
-    everything = ", ".join([*states, *(f"y{i}" for i in range(len(plan.signals)))])
-    text = _Text()
-    text.add(0, "def advance(k, end, values, pack, buffer, size):")
+    Calls `before` are made when a tick begins, calls `after` when its row has been recorded.
+    """
+    text = _Text(schedule)
+    everything = ", ".join(schedule.registers)
+    text.add(0, "def ticks(k, end, values, pack, buffer, row, size):")
     text.add(1, f"[{everything}] = values")
-    text.add(1, "row = 0")
     text.add(1, "while k < end:")
-    _outputs(text, 2, plan, names, instances)
-    kept = "".join(f", y{i}" for i in record)
-    text.add(2, f"pack(buffer, row{kept})")
-    pack_line = len(text.lines)
-    text.add(2, "row += size")
-    _updates(text, 2, plan, names, instances)
+    text.times(2, (*before, *schedule.outputs, *after, *schedule.updates))
+    text.block(2, (*before, *schedule.outputs, record))
+    record_line = len(text.lines)
+    text.block(2, (*after, *schedule.updates))
     text.add(2, "k += 1")
     text.add(1, f"return [{everything}]")
-    text.add(0, "")
-    text.add(0, "def observe(k, values):")
-    text.add(1, f"[{everything}] = values")
-    _outputs(text, 1, plan, names, instances)
-    text.add(1, f"return [{everything}]")
+    for name, operations in (("observe", schedule.outputs), ("initial", schedule.initial)):
+        text.add(0, "")
+        text.add(0, f"def {name}(k, values):")
+        text.add(1, f"[{everything}] = values")
+        text.times(1, operations)
+        text.block(1, operations)
+        text.add(1, f"return [{everything}]")
     source = "\n".join(text.lines) + "\n"
     digest = hashlib.sha256(source.encode()).hexdigest()[:12]
-    filename = f"<railcosim diagram '{plan.name}' {digest}>"
+    filename = f"<railcosim diagram '{schedule.plan.name}' {digest}>"
     # In linecache a traceback through the generated code shows its lines.
     linecache.cache[filename] = (len(source), None, source.splitlines(keepends=True), filename)
-    exec(compile(source, filename, "exec"), names)
-    start = (*(_start(node, plan) for node in plan.nodes), *([0.0] * len(plan.signals)))
+    exec(compile(source, filename, "exec"), text.names)
     return Program(
-        source, filename, names["advance"], names["observe"], text.node_of_line, pack_line, start
+        source,
+        filename,
+        text.names["ticks"],
+        text.names["observe"],
+        text.names["initial"],
+        text.node_of_line,
+        record_line,
+        len(record.registers),
     )
 
 
-def _start(node: Node, plan: Plan) -> Any:
-    if isinstance(node.block, Delay):
-        whole, _ = node.block.split(plan.clock.step)
-        return [0.0] * (whole + 2)
-    try:
-        return node.block.start()
-    except RailcosimError:
-        raise
-    except Exception as error:
-        what = f"block '{node.name}': start() failed: {type(error).__name__}: {error}"
-        raise DiagramError(what) from error
+def used_times(operations: Sequence[Operation]) -> set[str]:
+    """Return which of t, tm and t1 the operations need."""
+    found: set[str] = set()
+    for operation in operations:
+        match operation:
+            case Call():
+                found |= {"t", "tm", "t1"} & set(operation.arguments)
+            case Advance() | Announce():
+                found.add("t")
+            case Branch():
+                found |= used_times((operation.call, *operation.otherwise))
+                found |= {"t1"} if any(isinstance(test, Due) for test in operation.tests) else set()
+            case Past() if callable(operation.initial):
+                found.add("t1" if operation.ahead else "t")
+            case _:
+                pass
+    return found
 
 
-def _time(plan: Plan) -> str:
-    a, b, q = plan.clock.integers
-    ticks = "k" if b == 1 else f"k * {b}"
-    return f"t = ({a} + {ticks}) / {q}" if a else f"t = {ticks} / {q}"
+@dataclass
+class _Text:
+    schedule: Schedule
+    lines: list[str] = field(default_factory=list)
+    names: dict[str, Any] = field(default_factory=dict)
+    node_of_line: dict[int, str] = field(default_factory=dict)
+    node: str | None = None
+    arrays: dict[int, str] = field(default_factory=dict)
 
+    def add(self, depth: int, text: str) -> None:
+        self.lines.append("    " * depth + text)
+        if self.node is not None:
+            self.node_of_line[len(self.lines)] = self.node
 
-def _hit(text: _Text, depth: int, node: Node) -> int:
-    """Write the condition under which a slower block has a sample hit; return the new depth."""
-    if node.ticks == 1:
-        return depth
-    text.add(depth, f"if k % {node.ticks} == 0:", node.name)
-    return depth + 1
+    def name(self, stem: str, value: Any) -> str:
+        """Return a name by which the generated code knows a value."""
+        name = f"{stem}{len(self.names)}"
+        self.names[name] = value
+        return name
 
+    def times(self, depth: int, operations: Sequence[Operation]) -> None:
+        used = used_times(operations)
+        a, b, q = self.schedule.plan.clock.integers
+        if used & {"t", "tm"}:
+            self.add(depth, f"t = {_ticks(a, b, 'k')} / {q}")
+        if used & {"t1", "tm"}:
+            self.add(depth, f"t1 = {_ticks(a, b, '(k + 1)')} / {q}")
+        if "tm" in used:
+            self.add(depth, "tm = 0.5 * (t + t1)")
 
-def _outputs(
-    text: _Text, depth: int, plan: Plan, names: dict[str, Any], instances: dict[str, FmuInstance]
-) -> None:
-    if _needs_time(plan):
-        text.add(depth, _time(plan))
-    for i, node in enumerate(plan.nodes):
-        block, inner = node.block, _hit(text, depth, node)
-        y = ", ".join(f"y{j}" for j in node.outputs)
-        u = "".join(f", y{j}" for j in node.inputs)
-        t = ", t" if block.timed else ""
-        if isinstance(block, Fmu):
-            for j, (array, slot, _) in zip(
-                node.outputs, instances[node.name].output_slots, strict=True
-            ):
-                names[f"out{j}"] = array
-                text.add(inner, f"y{j} = out{j}[{slot}]", node.name)
-        elif isinstance(block, Delay):
-            text.add(inner, f"{y} = {_delayed(i, node, plan, names)}", node.name)
-        elif block.feedthrough:
-            names[f"step{i}"] = block.step
-            target = f"({y}), x{i}" if len(node.outputs) > 1 else f"{y or '_'}, x{i}"
-            text.add(inner, f"{target} = step{i}(x{i}{t}{u})", node.name)
+    def block(self, depth: int, operations: Sequence[Operation]) -> None:
+        for operation in operations:
+            self.node = getattr(operation, "node", None)
+            every = getattr(operation, "every", 1)
+            if every > 1:
+                self.add(depth, f"if k % {every} == 0:")
+            self.write(operation, depth + (every > 1))
+        self.node = None
+
+    @singledispatchmethod
+    def write(self, operation: Any, depth: int) -> None:
+        raise TypeError(f"no text for {operation!r}")
+
+    @write.register
+    def _(self, operation: Call, depth: int) -> None:
+        function = self.name("call", operation.function)
+        call = f"{function}({_joined(operation.arguments)})"
+        if operation.results is None:
+            self.add(depth, call)
+        elif isinstance(operation.results, str):
+            self.add(depth, f"{operation.results} = {call}")
         else:
-            names[f"output{i}"] = block.output
-            text.add(inner, f"{y or '_'} = output{i}(x{i}{t})", node.name)
+            self.add(depth, f"({_joined(operation.results)},) = {call}")
+
+    @write.register
+    def _(self, operation: Read, depth: int) -> None:
+        for register, array, slot in operation.values:
+            self.add(depth, f"{register} = {self.array(array)}[{slot}]")
+
+    def array(self, array: Any) -> str:
+        name = self.arrays.setdefault(id(array), f"array{len(self.arrays)}")
+        self.names[name] = array
+        return name
+
+    @write.register
+    def _(self, operation: Advance, depth: int) -> None:
+        instance = operation.instance
+        sloped = instance.takes_slopes and any(u.ahead for u in operation.inputs)
+        for n, (u, (array, slot, convert)) in enumerate(
+            zip(operation.inputs, instance.input_slots, strict=True)
+        ):
+            value = u.value
+            if u.ahead and not sloped:
+                value = f"{u.value} + 0.5 * ({u.ahead} - {u.value})"
+            if convert:
+                value = f"{self.name(convert.__name__, convert)}({value})"
+            self.add(depth, f"{self.array(array)}[{slot}] = {value}")
+            place = instance.slope_slots[n]
+            if sloped and place is not None:
+                slope = f"({u.ahead} - {u.value}) / {operation.span!r}" if u.ahead else "0.0"
+                self.add(depth, f"{self.array(instance.slope_values)}[{place}] = {slope}")
+        if instance.steps_inline:
+            self._calls(operation, depth, sloped)
+        else:
+            method = instance.advance_sloped if sloped else instance.advance
+            self.add(depth, f"{self.name('advance', method)}(t, {operation.span!r})")
+
+    def _calls(self, operation: Advance, depth: int, sloped: bool) -> None:
+        """Write the FMI calls of a step one by one: the fastest that Python has."""
+        instance = operation.instance
+        fail = self.name("fail", instance.fail)
+        clock, span = self.name("clock", instance.clock), operation.span
+        # The span's cell is set once: no one else steps the instance over another span but
+        # Coupling.split, which puts it back.
+        instance.span.value = span
+        slopes = instance.slope_puts if sloped else []
+        self.add(depth, f"{clock}.value = t")
+        for function, arguments, name in (*instance.puts, *slopes, instance.step, *instance.gets):
+            call = f"{self.name(name, function)}(*{self.name('arguments', arguments)})"
+            then = f"t + {span!r}" if name.startswith("fmi2Get") else "t"
+            self.add(depth, f"if (s := {call}) > 1:")
+            self.add(depth + 1, f'{fail}("{name}", s, {then})')
+
+    @write.register
+    def _(self, operation: Past, depth: int) -> None:
+        o = operation
+
+        def sample(back: int) -> str:
+            if back == 0 and not o.ahead:
+                return o.newest
+            if back == o.ahead:
+                return f"{o.ring}[k % {o.length}]"
+            return f"{o.ring}[(k - {back - o.ahead}) % {o.length}]"
+
+        new, formula = sample(o.whole), sample(o.whole)
+        if o.part:
+            formula = f"{new} + {o.part!r} * ({sample(o.whole + 1)} - {new})"
+        first = o.first - o.ahead
+        if first > 0:
+            history = repr(o.initial)
+            if callable(o.initial):
+                time = "t1" if o.ahead else "t"
+                history = f"{self.name('history', o.initial)}({time} - {o.time!r})"
+            formula = f"{formula} if k >= {first} else {history}"
+        self.add(depth, f"{o.result} = {formula}")
+
+    @write.register
+    def _(self, operation: Keep, depth: int) -> None:
+        self.add(depth, f"{operation.ring}[k % {operation.length}] = {operation.source}")
+
+    @write.register
+    def _(self, operation: Move, depth: int) -> None:
+        self.add(depth, f"{operation.result} = {operation.source}")
+
+    @write.register
+    def _(self, operation: Line, depth: int) -> None:
+        o = operation
+        self.add(depth, f"{o.result} = {o.start} + 2.0 * ({o.end} - {o.start})")
+
+    @write.register
+    def _(self, operation: Announce, depth: int) -> None:
+        function = self.name("next_event", operation.function)
+        self.add(depth, f"if {operation.event} <= t:")
+        self.add(depth + 1, f"{operation.event} = {function}({operation.state}, t)")
+
+    @write.register
+    def _(self, operation: Branch, depth: int) -> None:
+        tests = " or ".join(_test(test) for test in operation.tests)
+        self.add(depth, f"if {tests}:")
+        self.block(depth + 1, [operation.call])
+        self.add(depth, "else:")
+        self.block(depth + 1, operation.otherwise)
+
+    @write.register
+    def _(self, operation: Record, depth: int) -> None:
+        kept = "".join(f", {register}" for register in operation.registers)
+        self.add(depth, f"pack(buffer, row{kept})")
+        self.add(depth, "row += size")
 
 
-def _updates(
-    text: _Text, depth: int, plan: Plan, names: dict[str, Any], instances: dict[str, FmuInstance]
-) -> None:
-    for i, node in enumerate(plan.nodes):
-        block = node.block
-        u = "".join(f", y{j}" for j in node.inputs)
-        if isinstance(block, Fmu):
-            inner = _hit(text, depth, node)
-            instance = instances[node.name]
-            slots = zip(node.inputs, instance.input_slots, strict=True)
-            for n, (j, (array, slot, convert)) in enumerate(slots):
-                names[f"in{i}_{n}"] = array
-                value = f"{convert.__name__}(y{j})" if convert else f"y{j}"
-                text.add(inner, f"in{i}_{n}[{slot}] = {value}", node.name)
-            names[f"advance{i}"] = instance.advance
-            span = float(plan.clock.step * node.ticks)
-            text.add(inner, f"advance{i}(t, {span!r})", node.name)
-        elif isinstance(block, Delay):
-            size = block.split(plan.clock.step)[0] + 2
-            text.add(depth, f"x{i}[k % {size}] = y{node.inputs[0]}", node.name)
-        elif not block.feedthrough and type(block).update is not Block.update:
-            inner = _hit(text, depth, node)
-            names[f"update{i}"] = block.update
-            t = ", t" if block.timed else ""
-            text.add(inner, f"x{i} = update{i}(x{i}{t}{u})", node.name)
+def _ticks(a: int, b: int, k: str) -> str:
+    text = k if b == 1 else f"{k} * {b}"
+    return f"({a} + {text})" if a else text
 
 
-def _delayed(i: int, node: Node, plan: Plan, names: dict[str, Any]) -> str:
-    """Return the delay's formula: u[k−n] + f·(u[k−n−1] − u[k−n]), or the history before that."""
-    block = node.block
-    assert isinstance(block, Delay)
-    whole, part = block.split(plan.clock.step)
-    size, u = whole + 2, f"y{node.inputs[0]}"
-    new = u if whole == 0 else f"x{i}[(k - {whole}) % {size}]"
-    if part:
-        old = f"x{i}[(k - {whole + 1}) % {size}]"
-        formula = f"{new} + {part!r} * ({old} - {new})"
-    else:
-        formula = new
-    ticks = whole + 1 if part else whole
-    if not ticks:
-        return formula
-    if callable(block.initial):
-        names[f"history{i}"] = block.history
-        return f"{formula} if k >= {ticks} else history{i}(t - {float(block.time)!r})"
-    return f"{formula} if k >= {ticks} else {float(block.initial)!r}"
+def _test(test: Due | Edge) -> str:
+    if isinstance(test, Due):
+        return f"{test.event} < t1"
+    at_first = f"k == {test.first}"
+    if not test.always:
+        return at_first
+    old = f"{test.ring}[(k - {test.whole}) % {test.length}]"
+    new = f"{test.ring}[(k - {test.whole - 1}) % {test.length}]"
+    return f"{at_first} or (k > {test.first} and {old} != {new})"
 
 
-def _needs_time(plan: Plan) -> bool:
-    return any(
-        node.block.timed
-        or isinstance(node.block, Fmu)
-        or (isinstance(node.block, Delay) and callable(node.block.initial))
-        for node in plan.nodes
-    )
+def _joined(registers: Registers) -> str:
+    return ", ".join(_tuple(r) if isinstance(r, tuple) else r for r in registers)
+
+
+def _tuple(registers: Registers) -> str:
+    return f"({_joined(registers)},)" if registers else "()"

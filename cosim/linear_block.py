@@ -10,6 +10,7 @@ directional derivatives and the matrix exponential, and of delays; those of Pyth
 """
 
 from dataclasses import dataclass
+from fractions import Fraction
 from typing import Any
 
 import numpy as np
@@ -57,8 +58,12 @@ def delay_map(node: Node, clock: Clock) -> LinearBlock:
     return LinearBlock(A, B, row[:, 1:], row[:, :1], states)
 
 
-def fmu_map(node: Node, instance: FmuInstance, clock: Clock, time: float) -> LinearBlock:
+def fmu_map(
+    node: Node, instance: FmuInstance, clock: Clock, time: float, part: Fraction = Fraction(1)
+) -> LinearBlock:
     """Return the map of an FMU that stands at a time (s), over its step and with inputs held.
+
+    `part` of the step, where the inputs change within it.
 
     The derivatives belong to its states and to the inputs of the step that ended there: FMI
     promises nothing about what an FMU answers between setting inputs and stepping. States are the
@@ -71,7 +76,7 @@ def fmu_map(node: Node, instance: FmuInstance, clock: Clock, time: float) -> Lin
     n, m = len(slopes.states), len(node.block.inputs)
     flow = np.zeros((n + m, n + m))
     flow[:n] = slopes.rates
-    moved = expm(flow * float(clock.step * node.ticks))
+    moved = expm(flow * float(clock.step * node.ticks * part))
     held = [i for i in range(m) if slopes.outputs[:, n + i].any()]
     size = n + len(held)
     A, B = np.zeros((size, size)), np.zeros((size, m))
@@ -100,7 +105,7 @@ def _slopes(node: Node, instance: FmuInstance, time: float) -> _Slopes:
     inputs = [by_name[name] for name in node.block.inputs]
     outputs = [by_name[name] for name in node.block.outputs]
     n, real = len(states), [i for i, v in enumerate(inputs) if v.type == "Real"]
-    knowns = [v.valueReference for v in (*states, *(inputs[i] for i in real))]
+    knowns = [v.name for v in (*states, *(inputs[i] for i in real))]
     columns = [*range(n), *(n + i for i in real)]
     flow, seen = np.zeros((n, n + len(inputs))), np.zeros((len(outputs), n + len(inputs)))
     flow[:, columns] = _directional(instance, time, rates, knowns)
@@ -149,20 +154,16 @@ def _is_memory(variable: Any) -> bool:
 
 
 def _directional(
-    instance: FmuInstance, time: float, unknowns: list[Any], knowns: list[int]
+    instance: FmuInstance, time: float, unknowns: list[Any], knowns: list[str]
 ) -> np.ndarray:
     """Return the partial derivatives, one row for each unknown."""
-    from fmpy.fmi1 import FMICallException
-
-    rows = [v.valueReference for v in unknowns]
-    found = np.zeros((len(rows), len(knowns)))
-    if not rows:
+    found = np.zeros((len(unknowns), len(knowns)))
+    if not unknowns:
         return found
-    try:
-        for column, known in enumerate(knowns):
-            found[:, column] = instance.fmu.getDirectionalDerivative(rows, [known], [1.0])
-    except FMICallException as error:
-        instance._fail(error.function, error.status, time)
+    names = [v.name for v in unknowns]
+    instance.time = time
+    for column, known in enumerate(knowns):
+        found[:, column] = instance.directional(names, [known], [1.0])
     for row, variable in enumerate(unknowns):
         if not np.isfinite(found[row]).all():
             raise FmuError(

@@ -11,6 +11,7 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from fractions import Fraction
+from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -22,11 +23,11 @@ from .clock import Clock, rational
 from .diagram import Diagram
 from .differences import python_map
 from .fmu_instance import FmuInstance
-from .generate import generate
 from .linear_block import LinearBlock, LinearisationError, delay_map, fmu_map
 from .linear_wiring import Wiring, require_held, wire
 from .plan import Node, Plan
-from .run import _initialize, _Loop
+from .recording import Recording
+from .simulation import Options, Simulation
 
 if TYPE_CHECKING:
     from control import StateSpace
@@ -50,9 +51,10 @@ def linearise(
     ticks = frame * _frames(plan, frame, at)
     if wiring.returns:
         require_held(plan, wiring, frame, str(open_at))
-    with _operating_point(plan, ticks, frame) as point:
+    with _operating_point(diagram, plan, ticks, frame) as point:
         blocks = [_linear(plan, i, point, is_first=ticks == 0) for i in range(len(plan.nodes))]
-    return _state_space(plan, blocks, wiring, frame)
+        pieces = _pieces(plan, point)
+    return _state_space(plan, _System(plan, blocks, pieces, wiring), frame)
 
 
 def _frames(plan: Plan, frame: int, at: float | Fraction) -> int:
@@ -77,25 +79,50 @@ class _Point:
 
 
 @contextmanager
-def _operating_point(plan: Plan, ticks: int, frame: int) -> Iterator[_Point]:
-    """Run a plan to a tick; the FMUs live as long as the context."""
-    instances: dict[str, FmuInstance] = {}
-    everything = list(range(len(plan.signals)))
-    try:
-        for node in plan.nodes:
-            if isinstance(node.block, Fmu):
-                instances[node.name] = node.block.instance(node.name)
-        program = generate(plan, instances, everything)
-        values = _initialize(plan, program, instances, max(ticks, frame))
-        loop = _Loop(plan, program, everything, ticks, False)
-        while loop.done < ticks:
-            values = loop._chunk(min(loop.done + 4096, ticks), values)
-        loop._last_row(values)
-        signals = loop.chunks[-1][-1].tolist()
-        yield _Point(plan.clock.time(ticks), values[: len(plan.nodes)], signals, instances)
-    finally:
-        for instance in instances.values():
-            instance.close()
+def _operating_point(diagram: Diagram, plan: Plan, ticks: int, frame: int) -> Iterator[_Point]:
+    """Run a diagram to a tick; the FMUs live as long as the context."""
+    options = Options(start=plan.clock.start, record=Recording(every=max(1, ticks)))
+    with Simulation(diagram, options, ticks=max(ticks, frame)) as simulation:
+        while simulation.tick < ticks:
+            simulation.advance_ticks(ticks)
+        simulation.finish()
+        signals = [float(signal) for signal in simulation.signals()]
+        time, instances = simulation.time, simulation.instances
+        yield _Point(time, simulation.states, signals, instances)
+
+
+def _pieces(plan: Plan, point: _Point) -> list[tuple[Fraction, dict[int, LinearBlock]]]:
+    """Return the parts of a step between which held delays jump: where each begins (as a part of
+    the step), and the FMUs' maps over it. None if there is but one.
+    """
+    edges = {edge for i in plan.network.events if (edge := _edge(plan, i))}
+    ends = sorted({Fraction(0), *edges, Fraction(1)})
+    if len(ends) == 2:
+        return []
+    return [
+        (
+            a,
+            {
+                i: fmu_map(
+                    plan.nodes[i],
+                    point.instances[plan.nodes[i].name],
+                    plan.clock,
+                    point.time,
+                    b - a,
+                )
+                for i in plan.network.fmus
+            },
+        )
+        for a, b in pairwise(ends)
+    ]
+
+
+def _edge(plan: Plan, place: int) -> Fraction | None:
+    """Return where in a step a held delay jumps, as a part of it."""
+    block = plan.nodes[place].block
+    if not isinstance(block, Delay) or block.interpolation != "hold":
+        return None
+    return (rational(block.time) / plan.clock.step) % 1 or None
 
 
 def _linear(plan: Plan, place: int, point: _Point, *, is_first: bool) -> LinearBlock:
@@ -112,34 +139,85 @@ def _linear(plan: Plan, place: int, point: _Point, *, is_first: bool) -> LinearB
 # The diagram's map
 
 
-def _propagated(
-    plan: Plan, blocks: list[LinearBlock], wiring: Wiring, frame: int
-) -> tuple[np.ndarray, np.ndarray]:
-    """Run the plan for one frame with rows (along states and inputs) in place of numbers.
+@dataclass(frozen=True)
+class _System:
+    """A diagram's blocks as linear maps; `pieces` as `_pieces` returns them."""
 
-    Inputs are held over the frame. Return the rows of the states after it and of the outputs at
-    its beginning.
-    """
-    n, m = sum(len(block.states) for block in blocks), len(wiring.inputs)
-    cuts = np.cumsum([len(block.states) for block in blocks])[:-1]
-    states = np.split(np.eye(n, n + m), cuts)
-    signals = np.zeros((len(plan.signals), n + m))
-    shown = signals
-    for tick in range(frame):
-        hits = [i for i, node in enumerate(plan.nodes) if tick % node.ticks == 0]
-        for i in hits:
-            node, block = plan.nodes[i], blocks[i]
-            read = _read(node, signals, wiring, n)
-            signals[list(node.outputs)] = block.C @ states[i] + block.D @ read
-            for place in set(node.outputs) & wiring.signals.keys():
-                signals[place, n + wiring.signals[place]] += 1.0
-        if tick == 0:
-            shown = signals[list(wiring.outputs)]
-        for i in hits:
-            read = _read(plan.nodes[i], signals, wiring, n)
-            _require_rigid(plan, plan.nodes[i], blocks[i], read)
-            states[i] = blocks[i].A @ states[i] + blocks[i].B @ read
-    return np.vstack(states), shown
+    plan: Plan
+    blocks: list[LinearBlock]
+    pieces: list[tuple[Fraction, dict[int, LinearBlock]]]
+    wiring: Wiring
+
+    @property
+    def size(self) -> int:
+        """The number of states."""
+        return sum(len(block.states) for block in self.blocks)
+
+    def propagated(self, frame: int) -> tuple[np.ndarray, np.ndarray]:
+        """Run the plan for one frame with rows (along states and inputs) in place of numbers.
+
+        Inputs are held over the frame. Return the rows of the states after it and of the outputs
+        at its beginning.
+        """
+        plan, n, m = self.plan, self.size, len(self.wiring.inputs)
+        cuts = np.cumsum([len(block.states) for block in self.blocks])[:-1]
+        states = np.split(np.eye(n, n + m), cuts)
+        signals = np.zeros((len(plan.signals), n + m))
+        shown = signals
+        for tick in range(frame):
+            hits = [i for i, node in enumerate(plan.nodes) if tick % node.ticks == 0]
+            for i in hits:
+                self._output(i, states, signals)
+            if tick == 0:
+                shown = signals[list(self.wiring.outputs)]
+            stepped = self._stepped(states, signals)
+            for i in hits:
+                if i in stepped:
+                    states[i] = stepped[i]
+                    continue
+                read = self._checked_read(i, signals)
+                states[i] = self.blocks[i].A @ states[i] + self.blocks[i].B @ read
+        return np.vstack(states), shown
+
+    def _output(self, i: int, states: list[np.ndarray], signals: np.ndarray) -> None:
+        node, block = self.plan.nodes[i], self.blocks[i]
+        read = _read(node, signals, self.wiring, self.size)
+        self._write(node, block.C @ states[i] + block.D @ read, signals)
+
+    def _write(self, node: Node, rows: np.ndarray, signals: np.ndarray) -> None:
+        signals[list(node.outputs)] = rows
+        for place in set(node.outputs) & self.wiring.signals.keys():
+            signals[place, self.size + self.wiring.signals[place]] += 1.0
+
+    def _checked_read(self, i: int, signals: np.ndarray) -> np.ndarray:
+        read = _read(self.plan.nodes[i], signals, self.wiring, self.size)
+        _require_rigid(self.plan, self.plan.nodes[i], self.blocks[i], read)
+        return read
+
+    def _stepped(self, states: list[np.ndarray], signals: np.ndarray) -> dict[int, np.ndarray]:
+        """Return the states after a step of the FMUs that held delays jump for."""
+        found = {i: states[i] for i in self.plan.network.fmus} if self.pieces else {}
+        signals = signals.copy()
+        for begin, maps in self.pieces:
+            for i in self.plan.network.between if begin else ():
+                if isinstance(self.plan.nodes[i].block, Delay):
+                    self._jump(i, begin, states, signals)
+                elif self.plan.nodes[i].inputs:
+                    self._output(i, states, signals)
+            for i, block in maps.items():
+                found[i] = block.A @ found[i] + block.B @ self._checked_read(i, signals)
+        return found
+
+    def _jump(self, i: int, begin: Fraction, states: list[np.ndarray], signals: np.ndarray) -> None:
+        """Bring a held delay's output to what it is after its edge, if that has come."""
+        node, block, clock = self.plan.nodes[i], self.plan.nodes[i].block, self.plan.clock
+        edge = _edge(self.plan, i)
+        if edge is None or begin < edge:
+            return
+        assert isinstance(block, Delay)
+        back = block.split(clock.step)[0] - 1  # the sample u[k − back]
+        now = _read(node, signals, self.wiring, self.size)
+        self._write(node, states[i][back - 1 : back] if back else now, signals)
 
 
 def _read(node: Node, signals: np.ndarray, wiring: Wiring, n: int) -> np.ndarray:
@@ -164,11 +242,12 @@ def _require_rigid(plan: Plan, node: Node, block: LinearBlock, read: np.ndarray)
             )
 
 
-def _state_space(plan: Plan, blocks: list[LinearBlock], wiring: Wiring, frame: int) -> "StateSpace":
+def _state_space(plan: Plan, system: _System, frame: int) -> "StateSpace":
     from control import StateSpace
 
-    after, shown = _propagated(plan, blocks, wiring, frame)
-    states = [name for block in blocks for name in block.states]
+    wiring = system.wiring
+    after, shown = system.propagated(frame)
+    states = [name for block in system.blocks for name in block.states]
     n = len(states)
     A, B, C, D = after[:, :n], after[:, n:], shown[:, :n], shown[:, n:]
     if wiring.returns:

@@ -1,64 +1,148 @@
 """The schedule of a diagram: order of blocks, periods in ticks, and which signal drives what."""
 
+import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 from fractions import Fraction
-from graphlib import CycleError, TopologicalSorter
+from typing import Any
 
 from ..base.errors import AlgebraicLoopError, DiagramError, listing
+from .algebraic import check_guess
+from .algorithms import Jacobi, Master, TwoPhase
 from .block import Block
 from .blocks.delay import Delay
+from .blocks.fmu import Fmu
 from .clock import Clock, rational
 from .diagram import Diagram, Port
+from .network import Network, make_network
+from .order import loop_chain, ordered
 
 
 @dataclass(frozen=True)
 class Node:
-    """A block in the plan. `inputs` and `outputs` are places in the plan's list of signals."""
+    """A block in the plan. `inputs` and `outputs` are places in the plan's list of signals.
+
+    `direct` are the places of those inputs that the outputs need at the same instant. `ring` is
+    how many samples the engine keeps for a delay.
+    """
 
     name: str
     block: Block
     ticks: int
-    feedthrough: bool
+    direct: tuple[int, ...]
     inputs: tuple[int, ...]
     outputs: tuple[int, ...]
+    ring: int = 0
+
+    @property
+    def continuous(self) -> bool:
+        """Whether the outputs are continuous signals, not sampled and held ones."""
+        return self.ticks == 1 and self.block.continuous
+
+    @property
+    def announces(self) -> bool:
+        """Whether the block is a source that announces its events."""
+        return self.ticks == 1 and not self.inputs and self.block.has_events
 
 
 @dataclass(frozen=True)
 class Plan:
-    """A diagram made ready to run: nodes in the order of their outputs within a tick."""
+    """A diagram made ready to run: nodes in the order of their outputs within a tick.
+
+    `loops` are ranges of nodes that form algebraic loops, to be solved. `order` are the FMUs as
+    they are stepped. `ports` gives each signal's position and `types` what it holds if no float.
+    """
 
     name: str
     clock: Clock
+    algorithm: Master
     nodes: tuple[Node, ...]
     signals: tuple[str, ...]
     units: dict[str, str]
+    types: dict[str, str]
+    loops: tuple[range, ...]
+    network: Network
+
+    @property
+    def order(self) -> tuple[str, ...]:
+        """The FMUs that take part in every base step, in the order in which they are stepped."""
+        return tuple(self.nodes[i].name for i in self.network.fmus)
 
 
-def make_plan(diagram: Diagram, start: float | Fraction) -> Plan:
-    """Return the plan; raise DiagramError for an open input, AlgebraicLoopError for a loop."""
+def make_plan(
+    diagram: Diagram,
+    start: float | Fraction,
+    algorithm: Master | None = None,
+    rings: Mapping[str, int] | None = None,
+) -> Plan:
+    """Return the plan; raise DiagramError for an open input, AlgebraicLoopError for a loop.
+
+    `rings` are least lengths of delays' rings, for a delay that will grow.
+    """
+    algorithm = TwoPhase() if algorithm is None else algorithm
+    if not isinstance(algorithm, Master):
+        raise DiagramError(f"algorithm must be one of railcosim's, such as {TwoPhase()!r}, not "
+                           f"{algorithm!r}")  # fmt: skip
+    if not isinstance(start, int | float | Fraction) or not math.isfinite(start):
+        raise DiagramError(f"start must be a time in s, not {start!r}")
     clock = Clock(diagram.step, rational(start))
-    blocks, connections = diagram.blocks, diagram.connections
+    blocks = diagram.blocks
     _require_driven(diagram)
-    feedthrough = {name: _feedthrough(block, clock) for name, block in blocks.items()}
     signals = [Port(name, port) for name, block in blocks.items() for port in block.outputs]
     place = {port: i for i, port in enumerate(signals)}
-    nodes = []
-    for name in _order(diagram, feedthrough):
-        block = blocks[name]
-        span = block.period
-        ticks = 1 if span is None else clock.ticks(span, f"block '{name}': period")
-        inputs = tuple(place[connections[Port(name, port)]] for port in block.inputs)
-        outputs = tuple(place[Port(name, port)] for port in block.outputs)
-        nodes.append(Node(name, block, ticks, feedthrough[name], inputs, outputs))
+    nodes = {
+        name: _node(diagram, name, clock, place, (rings or {}).get(name, 0)) for name in blocks
+    }
+    needs = {name: {signals[i].block for i in node.direct} for name, node in nodes.items()}
+    groups = ordered(needs)
+    if algorithm.loops is None and not isinstance(algorithm, Jacobi):
+        for group in groups:
+            if _is_loop(group, needs):
+                raise AlgebraicLoopError(_loop_message(diagram, nodes, signals))
+    in_order = [nodes[name] for group in groups for name in group]
     units = {str(port): unit for port in signals if (unit := diagram.unit(port)) is not None}
-    return Plan(diagram.name, clock, tuple(nodes), tuple(str(s) for s in signals), units)
+    check_guess(algorithm.loops, [str(s) for s in signals])
+    return Plan(
+        name=diagram.name,
+        clock=clock,
+        algorithm=algorithm,
+        nodes=tuple(in_order),
+        signals=tuple(str(s) for s in signals),
+        units=units,
+        types={f"{n}.{p}": kind for n, b in blocks.items() for p, kind in b.types.items()},
+        loops=_loops(groups, needs),
+        network=make_network(in_order, algorithm),
+    )
 
 
-def _feedthrough(block: Block, clock: Clock) -> bool:
-    """Return whether the outputs need this tick's inputs; for a delay that depends on the step."""
+def _node(diagram: Diagram, name: str, clock: Clock, place: dict[Port, int], ring: int) -> Node:
+    block, connections = diagram.block(name), diagram.connections
+    span = block.period
+    ticks = 1 if span is None else clock.ticks(span, f"block '{name}': period")
+    inputs = tuple(place[connections[Port(name, port)]] for port in block.inputs)
+    outputs = tuple(place[Port(name, port)] for port in block.outputs)
     if isinstance(block, Delay):
-        return block.split(clock.step)[0] == 0
-    return block.feedthrough and bool(block.inputs)
+        whole, _ = block.split(clock.step)
+        # One sample more than are read at ticks: a held signal's edge lies between them.
+        return Node(name, block, 1, () if whole else inputs, inputs, outputs, max(ring, whole + 3))
+    direct = inputs if block.feedthrough and not isinstance(block, Fmu) else ()
+    if block.direct and not block.feedthrough:
+        ports = list(block.inputs)
+        direct = tuple(inputs[ports.index(port)] for port in block.direct)
+    return Node(name, block, ticks, direct, inputs, outputs)
+
+
+def _is_loop(group: tuple[str, ...], needs: dict[str, set[str]]) -> bool:
+    return any(name in needs[other] for name in group for other in group)
+
+
+def _loops(groups: list[tuple[str, ...]], needs: dict[str, set[str]]) -> tuple[range, ...]:
+    loops, first = [], 0
+    for group in groups:
+        if _is_loop(group, needs):
+            loops.append(range(first, first + len(group)))
+        first += len(group)
+    return tuple(loops)
 
 
 def _require_driven(diagram: Diagram) -> None:
@@ -77,27 +161,15 @@ def _require_driven(diagram: Diagram) -> None:
         raise DiagramError(f"'{diagram.name}' has no blocks")
 
 
-def _order(diagram: Diagram, feedthrough: dict[str, bool]) -> list[str]:
-    """Return the blocks such that each with feedthrough comes after what drives it."""
-    needs: dict[str, set[str]] = {name: set() for name in diagram.blocks}
-    for target, source in diagram.connections.items():
-        if feedthrough[target.block]:
-            needs[target.block].add(source.block)
-    try:
-        return list(TopologicalSorter({n: sorted(needs[n]) for n in needs}).static_order())
-    except CycleError:
-        raise AlgebraicLoopError(_loop_message(diagram, feedthrough)) from None
-
-
-def _loop_message(diagram: Diagram, feedthrough: dict[str, bool]) -> str:
-    import networkx as nx
-
-    graph = nx.DiGraph()
-    for target, source in diagram.connections.items():
-        if feedthrough[target.block]:
-            graph.add_edge(source.block, target.block, ports=f"{source} → {target}")
-    chain = [graph.edges[a, b]["ports"] for a, b in nx.find_cycle(graph)]
+def _loop_message(diagram: Diagram, nodes: dict[str, Node], signals: list[Any]) -> str:
+    direct = {name: {str(signals[i]) for i in node.direct} for name, node in nodes.items()}
+    arrows = [
+        (source.block, target.block, f"{source} → {target}")
+        for target, source in diagram.connections.items()
+        if str(source) in direct[target.block]
+    ]
     return (
-        f"'{diagram.name}' has an algebraic loop: {', '.join(chain)}; "
-        "put a block without direct feedthrough into it, such as a Delay of one step or more"
+        f"'{diagram.name}' has an algebraic loop: {', '.join(loop_chain(arrows))}; put a block "
+        "without direct feedthrough into it, such as a Delay of one step or more, or have it "
+        f"solved: algorithm=TwoPhase(loops=Newton())"
     )

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from fractions import Fraction
 from pathlib import Path
 from typing import Any
@@ -95,9 +95,9 @@ def simulate(
     names = {f"input{n}.y": name for n, name in enumerate(block.inputs)}
     names |= {f"fmu.{name}": name for name in block.outputs}
     try:
-        run = _renamed(diagram.run(times.stop, start=times.start, record=list(names)), names)
+        run = diagram.run(times.stop, start=times.start, record=list(names)).renamed(names)
     except SimulationError as error:
-        part = _renamed(error.run, names)
+        part = error.run.renamed(names)
         if out is not None:
             part.save(out)
             raise SimulationError(f"{error}; the rows up to there are in {out}", part) from error
@@ -105,9 +105,3 @@ def simulate(
     if out is not None:
         run.save(out)
     return run
-
-
-def _renamed(run: Run, names: Mapping[str, str]) -> Run:
-    columns = tuple(names[c] for c in run.columns)
-    units = {names[port]: unit for port, unit in run.units.items()}
-    return replace(run, columns=columns, units=units)

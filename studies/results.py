@@ -116,6 +116,8 @@ def write_run(
         "run_seconds": {
             f"{e}-{c}": round(run.wall_time, 4) for (e, c), run in results.runs.items()
         },
+        "engines": {f"{e}-{c}": run.engine for (e, c), run in results.runs.items()},
+        "algorithms": sorted({run.algorithm for run in results.runs.values()}),
         "python": sys.version.split()[0],
         "platform": platform.platform(),
         "packages": {name: version(name) for name in PACKAGES},

@@ -9,7 +9,7 @@ from fmpy import extract, read_model_description
 from fmpy.fmi1 import FMICallException
 from fmpy.fmi2 import FMU2Slave
 
-from railcosim.cosim.fmu_instance import _callbacks, _logs
+from railcosim.cosim.fmu_log import _logs, callbacks
 
 _numbers = count(10**9)
 
@@ -31,7 +31,7 @@ class FMU2Named(FMU2Slave):  # FMPy wants the name to begin so
         self.log: Any = []
         number = next(_numbers)
         _logs[number] = self.log
-        self.instantiate(callbacks=_callbacks(number))
+        self.instantiate(callbacks=callbacks(number))
 
     def get(self, name: str) -> float:
         get = self.getInteger if self.kind[name] == "Integer" else self.getReal

@@ -41,6 +41,11 @@ class Delay(Block):
         good = self.interpolation in ("linear", "hold")
         require(self, good, f"interpolation is 'linear' or 'hold', not {self.interpolation!r}")
 
+    @property
+    def continuous(self) -> bool:
+        """Whether the output is a continuous signal."""
+        return self.interpolation == "linear"
+
     def split(self, step: Fraction) -> tuple[int, float]:
         """Return the delay as (whole steps, remaining fraction of a step).
 
@@ -52,6 +57,12 @@ class Delay(Block):
         if self.interpolation == "hold":
             return (whole + 1 if part else whole), 0.0
         return whole, float(part)
+
+    def jumps_between(self, step: Fraction) -> bool:
+        """Return whether the output may jump between two steps: at a held signal's edges, at least
+        where the history ends.
+        """
+        return (rational(self.time) / step).denominator > 1
 
     def history(self, t: float) -> Any:
         """Return the initial history at time t (s)."""

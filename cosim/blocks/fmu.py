@@ -9,8 +9,16 @@ from typing import Any, Self
 from ...base.errors import FmuError, ParameterError, UnitError, listing, suggest
 from ...base.units import parse
 from ..block import Block, Ports, require_positive
-from ..fmu_file import binary_of, number_of, read_description, start_of, unit_of
-from ..fmu_instance import TYPES, FmuInstance
+from ..fmu_calls import TYPES
+from ..fmu_file import (
+    binary_of,
+    direct_inputs,
+    number_of,
+    read_description,
+    start_of,
+    unit_of,
+)
+from ..fmu_instance import FmuInstance
 
 
 class Fmu(Block):
@@ -18,41 +26,80 @@ class Fmu(Block):
 
     `path` is a path to any FMI 2.0 co-simulation FMU; `period` (s) the communication step if it
     is not the diagram's. An input given as a keyword is held at that value and is no port. A
-    vector may be given whole: mass=[1, 2] for mass[1] and mass[2]. Raise FmuError for a file that
+    vector may be given whole: mass=[1, 2] for mass[1] and mass[2]. With `isolated` the FMU runs in
+    a process of its own: what crashes, exits or takes longer for a call than `timeout` (s; None:
+    for ever) ends that process, and is an error of the block here. Raise FmuError for a file that
     is no such FMU or has no binary for this machine, ParameterError for a wrong keyword.
 
     An FMU's outputs never feed through within a step: FMI 2.0 forbids reading them after setting
     inputs without a step between, but for initialization, where the run settles them.
     """
 
-    __slots__ = ("_computed", "_settable", "inputs", "outputs", "path", "period", "values")
+    __slots__ = (
+        "_computed",
+        "_settable",
+        "direct_inputs",
+        "guid",
+        "inputs",
+        "isolated",
+        "outputs",
+        "path",
+        "period",
+        "timeout",
+        "types",
+        "values",
+    )
 
     run_by_engine = True
+    continuous = True
     feedthrough = False
     shares_unit = False  # a variable without a unit connects to any
 
-    def __init__(self, path: str | Path, *, period: float | None = None, **values: Any) -> None:
-        self._read(path, period, values)
+    def __init__(
+        self,
+        path: str | Path,
+        *,
+        period: float | None = None,
+        isolated: bool = False,
+        timeout: float | None = 60.0,
+        **values: Any,
+    ) -> None:
+        self._read(path, values, period, isolated, timeout)
 
     @classmethod
     def with_values(
-        cls, path: str | Path, values: Mapping[str, Any], *, period: float | None = None
+        cls,
+        path: str | Path,
+        values: Mapping[str, Any],
+        *,
+        period: float | None = None,
+        isolated: bool = False,
+        timeout: float | None = 60.0,
     ) -> Self:
         """Return the block with values by name: for names that are no keywords, or taken."""
         made = cls.__new__(cls)
-        made._read(path, period, values)
+        made._read(path, values, period, isolated, timeout)
         return made
 
-    def _read(self, path: str | Path, period: float | None, values: Mapping[str, Any]) -> None:
+    def _read(
+        self,
+        path: str | Path,
+        values: Mapping[str, Any],
+        period: float | None,
+        isolated: bool,
+        timeout: float | None,
+    ) -> None:
         if not isinstance(path, str | Path):
             raise FmuError(f"Fmu() needs an FMU's path, not {path!r}; build(plant) returns one")
         self.path = Path(path).absolute()
-        self.period = period
-        if period is not None:
-            require_positive(self, "period")
+        self.period, self.isolated, self.timeout = period, isolated, timeout
+        for name in ("period", "timeout"):
+            if getattr(self, name) is not None:
+                require_positive(self, name)
         description = read_description(self.path)
         binary_of(self.path, description)
         variables = description.modelVariables
+        self.guid = description.guid
         self._settable = {v.name: v for v in variables if _settable(v)}
         self._computed = {v.name for v in variables} - self._settable.keys()
         self.values = self._checked(values)
@@ -61,13 +108,22 @@ class Fmu(Block):
             v.name: _unit(v) for v in ports if v.causality == "input" and v.name not in self.values
         }
         self.outputs: Ports = {v.name: _unit(v) for v in ports if v.causality == "output"}
+        self.types = {
+            v.name: _COLUMNS[v.type]
+            for v in ports
+            if v.causality == "output" and v.type in _COLUMNS
+        }
+        self.direct_inputs = direct_inputs(description) & self.inputs.keys()
 
     def __repr__(self) -> str:
         given = "".join(f", {name}={value!r}" for name, value in self.values.items())
         return f"Fmu({self.path.name!r}{given})"
 
     def __reduce__(self) -> Any:
-        return _remake, (self.path, self.values, self.period)
+        return _remake, (self.path, self.values, self._options())
+
+    def _options(self) -> dict[str, Any]:
+        return {"period": self.period, "isolated": self.isolated, "timeout": self.timeout}
 
     def parameters(self) -> dict[str, Any]:
         """Return parameters (and start values that were given), each with its value."""
@@ -82,11 +138,11 @@ class Fmu(Block):
         if variable is not None and variable.causality == "input" and name in self.inputs:
             raise ParameterError(f"{self.path.name}: '{name}' is an input port, not a parameter")
         values: dict[str, Any] = {**self.values, **self._checked({name: value})}
-        return self.with_values(self.path, values, period=self.period)
+        return self.with_values(self.path, values, **self._options())
 
     def instance(self, name: str) -> FmuInstance:
         """Return a fresh instance under a block's name, with its values set."""
-        made = FmuInstance(name, self.path, list(self.inputs), list(self.outputs))
+        made = self._instantiated(name, list(self.inputs), list(self.outputs))
         try:
             for variable, value in self.values.items():
                 made.set(variable, value)
@@ -94,6 +150,18 @@ class Fmu(Block):
             made.close()
             raise
         return made
+
+    def _instantiated(self, name: str, inputs: list[str], outputs: list[str]) -> Any:
+        if not self.isolated:
+            return FmuInstance(name, self.path, inputs, outputs)
+        from ..isolated import IsolatedInstance
+
+        return IsolatedInstance(name, self.path, inputs, outputs, timeout=self.timeout)
+
+    def tunable(self, name: str) -> bool:
+        """Return whether a parameter may be changed during a run; raise ParameterError for none."""
+        self.with_parameter(name, self.parameters().get(name))
+        return self._settable[name].variability == "tunable"
 
     def _checked(self, given: Mapping[str, Any]) -> dict[str, Any]:
         values: dict[str, Any] = {}
@@ -145,6 +213,8 @@ class Fmu(Block):
         return value
 
 
+_COLUMNS = {"Integer": "int64", "Enumeration": "int64", "Boolean": "bool"}
+
 # Parameters first in a list of what can be set, then inputs, then start values.
 _RANK = {"parameter": 0, "input": 1, "output": 2, "local": 2}
 
@@ -178,5 +248,5 @@ def _unit(v: Any) -> str | None:
     return unit
 
 
-def _remake(path: Path, values: dict[str, Any], period: float | None) -> Fmu:
-    return Fmu.with_values(path, values, period=period)
+def _remake(path: Path, values: dict[str, Any], options: dict[str, Any]) -> Fmu:
+    return Fmu.with_values(path, values, **options)

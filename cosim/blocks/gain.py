@@ -20,6 +20,8 @@ class Gain(Block):
     inputs: Ports = field(init=False, repr=False, compare=False)
     outputs: Ports = field(init=False, repr=False, compare=False)
 
+    continuous = True
+
     def __post_init__(self) -> None:
         require_finite(self, "k")
         object.__setattr__(self, "inputs", {"u": self.input_unit})

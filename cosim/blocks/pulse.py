@@ -1,5 +1,6 @@
 """A single rectangular pulse."""
 
+import math
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -29,3 +30,7 @@ class Pulse(Source):
     def output(self, x: Any, t: float) -> float:
         """Return the value at time t (s)."""
         return self.height if self.at <= t < self._end else self.base
+
+    def next_event(self, x: Any, t: float) -> float:
+        """Return the time (s) of the next edge."""
+        return self.at if t < self.at else self._end if t < self._end else math.inf

@@ -16,6 +16,7 @@ class Ramp(Source):
     initial: float = 0.0
 
     timed = True
+    continuous = True
 
     def __post_init__(self) -> None:
         Source.__post_init__(self)

@@ -15,6 +15,7 @@ class Saturation(Block):
 
     inputs = {"u": None}
     outputs = {"y": None}
+    continuous = True
 
     def __post_init__(self) -> None:
         require_limits(self)

@@ -1,5 +1,6 @@
 """A step."""
 
+import math
 from dataclasses import dataclass
 from typing import Any
 
@@ -24,3 +25,7 @@ class Step(Source):
     def output(self, x: Any, t: float) -> float:
         """Return the value at time t (s)."""
         return self.before if t < self.at else self.to
+
+    def next_event(self, x: Any, t: float) -> float:
+        """Return the time (s) of the step while it lies ahead."""
+        return self.at if t < self.at else math.inf

@@ -14,6 +14,7 @@ class Sum(Block):
     inputs: Ports = field(init=False, repr=False, compare=False)
 
     outputs = {"y": None}
+    continuous = True
 
     def __post_init__(self) -> None:
         good = bool(self.signs) and set(self.signs) <= {"+", "-"}

@@ -9,8 +9,9 @@ from typing import Any
 import numpy as np
 
 from ...base.errors import FmuError
+from ...cosim.fmu_calls import TYPES
 from ...cosim.fmu_file import binary_of, extracted
-from ...cosim.fmu_instance import TYPES, FmuInstance, _logs
+from ...cosim.fmu_instance import FmuInstance
 
 CO_SIMULATION, MODEL_EXCHANGE = "co-simulation", "model exchange"
 FATAL = 4
@@ -49,12 +50,14 @@ class Instance(FmuInstance):
                 instanceName=self.name,
             )
         except Exception as error:
-            _logs.pop(self._number, None)
             words = " ".join(str(error).split())
             raise FmuError(f"{self.path.name} cannot be loaded: {words}") from error
         finally:
             os.chdir(here)  # FMPy changes it and, on failure, does not change it back
-        self._dll = self.fmu.dll
+
+    def _capabilities(self) -> None:
+        super()._capabilities()
+        self.retries = False  # a check wants to see what the FMU discards
 
     def _prepare(self) -> None:
         if self.interface == CO_SIMULATION:
@@ -64,10 +67,10 @@ class Instance(FmuInstance):
         def each(verb: str, groups: list[Any]) -> None:
             for g in groups:
                 name = f"fmi2{verb}{g.suffix}"
-                function = getattr(self._dll, name)
+                function = getattr(self.fmu.dll, name)
                 status = function(self.component, g.references, g.size, g.values)
                 if status > 1:
-                    self._fail(name, status)
+                    self.fail(name, status)
 
         self.put = lambda: each("Set", self._in)
         self.fetch = lambda: each("Get", self._out)
@@ -88,7 +91,7 @@ class Instance(FmuInstance):
         try:
             return getattr(type(self.fmu), function)(self.fmu, *args)
         except FMICallException as error:
-            self._fail(error.function, error.status)
+            self.fail(error.function, error.status)
         except OSError as error:  # Windows turns a wild pointer into this
             raise FmuError(f"{function} broke off: {error}") from error
 
@@ -122,42 +125,7 @@ class Instance(FmuInstance):
         """Return value references."""
         return [self._by_name[n].valueReference for n in names]
 
-    # The FMU's state
-
-    def save(self) -> Any:
-        """Return a handle on the FMU's state."""
-        return self.call("getFMUstate")
-
-    def restore(self, state: Any) -> None:
-        """Bring the FMU back to a saved state, also after an error."""
-        self.call("setFMUstate", state)
-        self._running = True
-
-    def release(self, state: Any) -> None:
-        """Free a saved state."""
-        self.call("freeFMUstate", state)
-
-    def to_bytes(self, state: Any) -> bytes:
-        """Return a state as bytes."""
-        return self.call("serializeFMUstate", state)
-
-    def from_bytes(self, data: bytes) -> Any:
-        """Return the state that these bytes are."""
-        return self.call("deSerializeFMUstate", data)
-
-    def directional(
-        self, unknowns: Sequence[str], knowns: Sequence[str], seed: Sequence[float] | np.ndarray
-    ) -> np.ndarray:
-        """Return the directional derivatives of the unknowns along the seed."""
-        rows, columns = self.references(unknowns), self.references(knowns)
-        found = self.call("getDirectionalDerivative", rows, columns, [float(s) for s in seed])
-        return np.array(found)
-
     # Co-simulation
-
-    def try_step(self, time: float, step: float) -> int:
-        """Call fmi2DoStep and return its status, whatever it is."""
-        return self._dll.fmi2DoStep(self.component, time, step, 1)
 
     def set_slopes(self, names: Sequence[str], slopes: Sequence[float] | np.ndarray) -> None:
         """Set the first derivatives of inputs."""

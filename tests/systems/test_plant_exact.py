@@ -53,7 +53,7 @@ def test_runge_kutta_has_order_four(train_fmu: Path) -> None:
     errors = []
     for inner in (1.0, 0.5, 0.25):
         diagram = Diagram("order", step=2.0)
-        diagram.add("train", Fmu(train_fmu, u=1.0, **{"solver.inner_step": inner}))
+        diagram.add("train", Fmu.with_values(train_fmu, {"u": 1.0, "solver.inner_step": inner}))
         run = diagram.run(20.0)
         expected = exact(run.time, np.ones(len(run.time)), np.zeros(2))
         errors.append(np.max(np.abs(run["train.speed"] - expected[:, 0])))

@@ -30,7 +30,7 @@ from railcosim.base.errors import DiagramError, FmuError
 from railcosim.controllers import PID
 from railcosim.cosim.linear_block import LinearBlock, LinearisationError
 from railcosim.cosim.linear_wiring import wire
-from railcosim.cosim.linearise import _propagated
+from railcosim.cosim.linearise import _System
 from railcosim.fmus import build
 from railcosim.models import Plant
 from tests import hybrid_plants, plants
@@ -424,9 +424,11 @@ def test_a_whole_number_at_an_fmu_passes_no_small_change() -> None:
     one = LinearBlock(np.eye(0), np.zeros((0, 0)), np.zeros((1, 0)), np.zeros((1, 0)))
     gain = LinearBlock(np.eye(0), np.zeros((0, 1)), np.zeros((1, 0)), np.eye(1), rigid=(0,))
     with pytest.raises(LinearisationError, match=r"gain\.u takes whole numbers only, .* of one\.y"):
-        _propagated(plan, [one, gain], wire(diagram, plan, None, None, None), 1)
+        _System(plan, [one, gain], [], wire(diagram, plan, None, None, None)).propagated(1)
     alone = wire(diagram, plan, None, None, "gain.u")
-    assert _propagated(plan, [one, gain], replace(alone, returns=False), 1)[1].tolist() == [[0.0]]
+    assert _System(plan, [one, gain], [], replace(alone, returns=False)).propagated(1)[
+        1
+    ].tolist() == [[0.0]]
 
 
 def test_modes_stay_as_they_are() -> None:

@@ -1,0 +1,406 @@
+"""A simulation that is going on: a diagram brought to some tick, to be taken further or saved."""
+
+import warnings
+from collections.abc import Sequence
+from contextlib import suppress
+from dataclasses import dataclass
+from fractions import Fraction
+from time import perf_counter
+from typing import Any, Self
+
+import numpy as np
+
+from ..base.errors import DiagramError, ParameterError, RailcosimError
+from .algorithms import Master, TwoPhase
+from .blocks.fmu import Fmu
+from .checkpoint import Checkpoint
+from .clock import rational
+from .diagram import Diagram
+from .engine import Engine, choose_engine
+from .fmu_instance import FmuInstance
+from .generate import generate
+from .initialise import Initialisation, NotFiniteError
+from .observer import Observer
+from .operations import Call, Record
+from .pacing import Pace, Pacer
+from .phases import Phases
+from .places import ObserverError, Place, message, no_number, not_finite
+from .plan import Plan
+from .recording import Recorder, Recording
+from .result import Run, SimulationError
+from .scenario import Scenario
+from .schedule import make_schedule
+
+_CHUNK_SECONDS = 0.1  # between two looks at the clock, the progress bar and the signals
+
+
+@dataclass(frozen=True, kw_only=True)
+class Options:
+    """How a diagram is run; see Diagram.run. Raise ParameterError for what is none of that."""
+
+    start: float | Fraction = 0.0
+    algorithm: Master | None = None
+    record: Sequence[str] | Recording | None = None
+    scenario: Scenario | None = None
+    observers: Sequence[Observer] = ()
+    pace: Pace | None = None
+    engine: str = "auto"
+    resume: Checkpoint | None = None
+
+    def __post_init__(self) -> None:
+        if self.engine not in ("auto", "python", "compiled"):
+            raise ParameterError(f"engine is 'auto', 'python' or 'compiled', not {self.engine!r}")
+        for observer in self.observers:
+            if not isinstance(observer, Observer):
+                raise ParameterError(f"observers must be Observer(…) values, not {observer!r}")
+        for name, kind in (("pace", Pace), ("resume", Checkpoint)):
+            value = getattr(self, name)
+            if value is not None and not isinstance(value, kind):
+                raise ParameterError(f"{name} must be a {kind.__name__}, not {value!r}")
+
+
+class _StopRunError(Exception):
+    """An observer asks for the run's end."""
+
+
+class Simulation:
+    """A diagram between two ticks; see Diagram.simulation. Close it, or use it in a `with`.
+
+    `tick` says where it stands, counted from the start, and `ended` whether an observer has asked
+    for the end. `simulation["block.port"]` is a signal there.
+    """
+
+    def __init__(self, diagram: Diagram, options: Options, *, ticks: int | None = None) -> None:
+        self._began = perf_counter()
+        self._options, self._ticks = options, ticks
+        algorithm = TwoPhase() if options.algorithm is None else options.algorithm
+        self._phases = Phases(diagram, options.start, algorithm, options.scenario)
+        self._plan = self._phases.base
+        recording = Recording.of(options.record)
+        names = self._plan.signals
+        self._kept = [names[i] for i in recording.places(names, diagram.name)]
+        for observer in options.observers:
+            observer.places(names, diagram.name)
+        if options.resume is not None:
+            options.resume.require(self._plan)
+        self.tick = 0 if options.resume is None else options.resume.tick
+        self.ended = self._closed = False
+        self._warnings: list[str] = []
+        self._instances: dict[str, FmuInstance] = {}
+        self._pacer = None if options.pace is None else Pacer(options.pace, self._clock)
+        self._recorder = Recorder(
+            self._kept, self._plan.units, self._plan.types, self._clock,
+            None if ticks is None else ticks - self.tick, recording, name=diagram.name,
+            first=self.tick,
+        )  # fmt: skip
+        self._has_last_row = False
+        self._size = 256  # ticks in a chunk
+        try:
+            self._open(options.resume)
+        except BaseException as error:
+            self.close()
+            with suppress(RailcosimError):
+                self._recorder.close(str(error))
+            raise
+
+    # Life
+
+    def _open(self, resume: Checkpoint | None) -> None:
+        for name, block in self._phases.diagram.blocks.items():
+            if isinstance(block, Fmu):
+                self._instances[name] = block.instance(name)
+        self._compile()
+        self._values = list(self._schedule.start)
+        self._initialise(is_resumed=resume is not None)
+        if resume is not None:
+            self._values = resume.restore(self._schedule, self._instances)
+        else:
+            self._change_fmus()
+        if self._pacer is not None:
+            self._pacer.anchor(self.tick)
+
+    def _compile(self) -> None:
+        """Make the program for the plan that holds from the present tick on."""
+        plan = self._plan = self._phases.plan(self.tick)
+        self._schedule = make_schedule(plan, self._instances)
+        registers = tuple(f"y{plan.signals.index(name)}" for name in self._kept)
+        record = Record(registers=registers, every=self._recorder.every)
+        before = () if self._pacer is None else (_wait(self._pacer),)
+        after = tuple(_observe(observer, plan) for observer in self._options.observers)
+        self._program = generate(self._schedule, record, before=before, after=after)
+        self._engine = choose_engine(
+            self._options.engine, self._schedule, self._program, record, before, after
+        )
+
+    def _initialise(self, *, is_resumed: bool) -> None:
+        plan, states = self._plan, len(self._plan.nodes)
+
+        def signals() -> list[Any]:
+            try:
+                values = self._program.initial(0, self._values)[states:]
+            except RailcosimError:
+                raise
+            except Exception as error:
+                raise self._failed(error, self._program.where(error)) from error
+            what = no_number(plan, {f"y{i}": y for i, y in enumerate(values)}, 0)
+            if what is not None:
+                raise self._failure(what)
+            return values[: len(plan.signals)]
+
+        initialisation = Initialisation(plan, self._instances, signals, self._ticks)
+        if not is_resumed:
+            initialisation.settle()
+        try:
+            initialisation.finish()
+        except NotFiniteError as error:
+            raise self._failure(str(error)) from None
+        if not is_resumed:
+            self._first_values(signals())
+
+    def _first_values(self, signals: list[Any]) -> None:
+        """Give the registers of signals and their pasts the values at the start."""
+        values = dict(zip(self._schedule.registers, self._values, strict=True))
+        for j, value in enumerate(signals):
+            values[f"y{j}"] = value
+            for past in (f"p{j}", f"z{j}"):
+                if past in values:
+                    values[past] = value
+        self._values = list(values.values())
+
+    def close(self) -> None:
+        """Terminate and free the FMUs; what goes wrong in that becomes a warning."""
+        for instance in self._instances.values():
+            instance.time = self.time
+            trouble = instance.close()
+            if trouble:
+                self._warnings.append(trouble)
+                warnings.warn(trouble, stacklevel=2)
+        self._instances = {}
+        self._closed = True
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    # Where it stands
+
+    @property
+    def _clock(self) -> Any:
+        return self._phases.clock
+
+    @property
+    def time(self) -> float:
+        """The time (s) of the present tick."""
+        return self._clock.time(self.tick)
+
+    def __getitem__(self, port: str) -> Any:
+        """Return the value of an output "block.port" at the present tick."""
+        Recording([port]).places(self._phases.base.signals, self._plan.name)
+        return self.signals()[self._plan.signals.index(port)]
+
+    def signals(self) -> list[Any]:
+        """Return all signals at the present tick, in the plan's order."""
+        try:
+            values = self._program.observe(self.tick, self._values)
+        except Exception as error:
+            raise self._failed(error, self._program.where(error)) from error
+        states = len(self._plan.nodes)
+        return values[states : states + len(self._plan.signals)]
+
+    @property
+    def states(self) -> list[Any]:
+        """The blocks' states before the present tick, in the plan's order."""
+        return self._values[: len(self._plan.nodes)]
+
+    @property
+    def instances(self) -> dict[str, FmuInstance]:
+        """The FMUs' instances by block."""
+        return self._instances
+
+    @property
+    def plan(self) -> Plan:
+        """The plan that holds now."""
+        return self._plan
+
+    def checkpoint(self) -> Checkpoint:
+        """Return all that is needed to go on from here, in this process or another.
+
+        Raise CheckpointError for an FMU that cannot save its state as bytes, or a block whose
+        state is not made of numbers.
+        """
+        return Checkpoint.of(self.tick, self._phases.base, self._schedule, self._values,
+                             self._instances)  # fmt: skip
+
+    # Going on
+
+    def advance(self, until: float | Fraction) -> Self:
+        """Go on to a time (s) and return self; rows are recorded on the way.
+
+        Raise SimulationError, which carries the rows so far, if a block fails.
+        """
+        if not isinstance(until, int | float | Fraction) or isinstance(until, bool):
+            raise DiagramError(f"advance() needs a time in s, not {until!r}")
+        what = "advance: until − start" if self._clock.start else "advance: until"
+        ticks = self._clock.ticks(rational(until) - self._clock.start, what)
+        if ticks < self.tick:
+            raise DiagramError(f"advance({float(until):g}): the simulation is at {self.time:g} s")
+        while self.tick < ticks and not self.ended:
+            self.advance_ticks(ticks)
+        return self
+
+    def advance_ticks(self, end: int) -> None:
+        """Go on towards a tick, for about 0.1 s of computing."""
+        if self._closed:
+            raise DiagramError("the simulation has been closed")
+        if self._has_last_row:
+            self._recorder.keep(-1)
+            self._has_last_row = False
+        boundary = self._phases.next_boundary(self.tick)
+        end = int(min(end, self.tick + self._chunk(), boundary))
+        before = perf_counter()
+        count = end - self.tick
+        self._run(end)
+        spent = perf_counter() - before
+        self._size = max(64, min(4 * self._size, int(count * _CHUNK_SECONDS / max(spent, 1e-6))))
+        if self.tick == boundary and not self.ended:
+            self._cross()
+
+    def _chunk(self) -> int:
+        limit = self._recorder.limit * self._recorder.every
+        return max(1, min(self._size, limit))
+
+    def _run(self, end: int) -> None:
+        rows = self._recorder.buffer(self._recorder.count(self.tick, end))
+        try:
+            self._values = self._engine.advance(self.tick, end, self._values, rows)
+        except _StopRunError as stop:
+            place = self._engine.where(stop)
+            assert place is not None
+            self._keep(rows, place.tick + 1)
+            self.tick, self.ended = place.tick, True
+            return
+        except Exception as error:
+            place = self._engine.where(error)
+            tick = self.tick if place is None else place.tick
+            self._keep(rows, tick + 1 if place is not None and place.recorded else tick)
+            self.tick = tick
+            raise self._failed(error, place) from error
+        except BaseException:  # Ctrl-C: a file keeps the rows that are complete
+            with suppress(RailcosimError):
+                self._recorder.close(f"interrupted after t = {self.time:.9g} s", info=self._info())
+            raise
+        self._keep(rows, end)
+        self.tick = end
+
+    def _keep(self, rows: np.ndarray, end: int) -> None:
+        """Keep the rows of the ticks before `end`; one that is not finite ends the run."""
+        count = self._recorder.count(self.tick, end)
+        bad = ~np.isfinite(rows[:count])
+        if not bad.any():
+            self._recorder.keep(count)
+            return
+        row, column = (int(i) for i in np.argwhere(bad)[0])
+        tick = self._recorder.tick(self._recorder.rows + row)
+        self._recorder.keep(row + 1)
+        what = not_finite(self._kept[column], float(rows[row, column]), self._clock.time(tick))
+        self.tick = tick
+        raise self._failure(str(what))
+
+    def _cross(self) -> None:
+        """Change over to the plan that holds from this tick on."""
+        values = dict(zip(self._schedule.labels, self._values, strict=True))
+        self._compile()
+        fresh = zip(self._schedule.labels, self._schedule.start, strict=True)
+        self._values = [values.get(label, value) for label, value in fresh]
+        self._change_fmus()
+
+    def _change_fmus(self) -> None:
+        for name, parameter, value in self._phases.fmu_changes(self.tick):
+            self._instances[name].set(parameter, value)
+
+    # Results
+
+    def result(self) -> Run:
+        """Return what has been recorded, the present tick included. A file is closed by it."""
+        self.finish()
+        return self._result(None)
+
+    def finish(self) -> None:
+        """Record the present tick, and let observers see it, as the last one for now."""
+        if self._has_last_row or self.ended:
+            return
+        if self._pacer is not None:
+            self._pacer.wait(self.tick)
+        signals = dict(zip(self._plan.signals, self.signals(), strict=True))
+        if self.tick % self._recorder.every == 0:
+            row = self._recorder.buffer(1)
+            try:
+                row[0] = [signals[name] for name in self._kept]
+            except (TypeError, ValueError) as error:
+                values = {f"y{j}": value for j, value in enumerate(signals.values())}
+                place = Place(None, self.tick, False, values)
+                raise self._failed(error, place) from error
+            self._keep(row, self.tick + 1)
+            self._has_last_row = True
+        for observer in self._options.observers:
+            if self.tick % observer.every == 0:
+                try:
+                    observer.function(self.time, *(signals[name] for name in observer.ports))
+                except Exception as error:
+                    failure = ObserverError(observer.label)
+                    failure.__cause__ = error
+                    raise self._failed(failure, None) from error
+
+    def _failed(self, error: BaseException, place: Place | None) -> SimulationError:
+        tick = self.tick if place is None else place.tick
+        return self._failure(message(self._plan, place, tick, error))
+
+    def _failure(self, what: str) -> SimulationError:
+        with suppress(RailcosimError):
+            return SimulationError(what, self._result(what))
+        return SimulationError(what, Run(self._plan.name, failure=what))
+
+    def _result(self, failure: str | None) -> Run:
+        pacing = None if self._pacer is None else self._pacer.report()
+        return self._recorder.result(
+            failure, info=self._info(), pacing=pacing, wall_time=perf_counter() - self._began
+        )
+
+    def _info(self) -> dict[str, Any]:
+        plan = self._plan
+        engine: Engine | None = getattr(self, "_engine", None)
+        return {
+            "engine": "" if engine is None else engine.name,
+            "engine_reason": "" if engine is None else engine.reason,
+            "algorithm": repr(plan.algorithm),
+            "order": list(plan.order),
+            "step": float(self._clock.step),
+            "start": self._clock.time(0),
+            "steps": self._fmu_steps(),
+            "warnings": list(self._warnings),
+        }
+
+    def _fmu_steps(self) -> int | None:
+        """Return how many steps the FMUs have made, where that is not the number of ticks."""
+        coupling = getattr(self, "_schedule", None) and self._schedule.coupling
+        return coupling.fmus.steps if coupling and coupling.is_always else None
+
+
+def _wait(pacer: Pacer) -> Call:
+    return Call(function=pacer.wait, arguments=("k",), results=None)
+
+
+def _observe(observer: Observer, plan: Plan) -> Call:
+    def observe(t: float, *values: Any) -> None:
+        try:
+            ends = observer.function(t, *values)
+        except Exception as error:
+            raise ObserverError(observer.label) from error
+        if ends is True:
+            raise _StopRunError
+
+    places = observer.places(plan.signals, plan.name)
+    arguments = ("t", *(f"y{j}" for j in places))
+    return Call(function=observe, arguments=arguments, results=None, every=observer.every)

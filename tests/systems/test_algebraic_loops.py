@@ -1,0 +1,339 @@
+"""a + b + c = s, 2 a − 3 b + 2 c = 9, a² + b² + c² = 5, as blocks, as FMUs, by repeated steps."""
+
+import re
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import pytest
+
+from railcosim import Block, Constant, Delay, Diagram, Fmu, Gain, Ramp, SimulationError, Step, Sum
+from railcosim.base.errors import AlgebraicLoopError, ConvergenceError, DiagramError
+from railcosim.cosim.algorithms import (
+    FixedPoint,
+    GaussSeidel,
+    Iterated,
+    Jacobi,
+    Newton,
+    StepDoubling,
+    TwoPhase,
+)
+from railcosim.fmus import build
+from tests import coupled_plants, plants
+
+SMALL, LARGE = 0.6354248688935409, 1.1645751311064590  # 0.9 ∓ √0.07, for s = 0
+
+
+@dataclass(frozen=True)
+class First(Block):
+    """a = s − b − c."""
+
+    inputs = {"b": "1", "c": "1", "s": "1"}
+    outputs = {"a": "1"}
+
+    def step(self, x: Any, b: float, c: float, s: float) -> Any:
+        return s - b - c, x
+
+
+@dataclass(frozen=True)
+class Second(Block):
+    """b = (2 a + 2 c − 9) / 3."""
+
+    inputs = {"a": "1", "c": "1"}
+    outputs = {"b": "1"}
+
+    def step(self, x: Any, a: float, c: float) -> Any:
+        return (2.0 * a + 2.0 * c - 9.0) / 3.0, x
+
+
+@dataclass(frozen=True)
+class Third(Block):
+    """c = √(5 − a² − b²)."""
+
+    inputs = {"a": "1", "b": "1"}
+    outputs = {"c": "1"}
+
+    def step(self, x: Any, a: float, b: float) -> Any:
+        return max(5.0 - a * a - b * b, 1e-12) ** 0.5, x
+
+
+LOOP = (
+    ("b", "first"), ("c", "first"), ("a", "second"), ("c", "second"), ("a", "third"), ("b", "third")
+)  # fmt: skip
+HOME = {"a": "first", "b": "second", "c": "third"}
+
+
+def connected(diagram: Diagram, source: Block) -> Diagram:
+    diagram.add("s", source)
+    diagram.connect("s.y", "first.s")
+    for unknown, reader in LOOP:
+        diagram.connect(f"{HOME[unknown]}.{unknown}", f"{reader}.{unknown}")
+    return diagram
+
+
+def of_fmus(source: Block, *, step: float = 0.1) -> Diagram:
+    diagram = Diagram("loop", step=step)
+    for name in ("first", "second", "third"):
+        diagram.add(name, Fmu(build(getattr(coupled_plants, f"{name}_equation")())))
+    return connected(diagram, source)
+
+
+def of_blocks(source: Block, *, step: float = 0.1) -> Diagram:
+    diagram = Diagram("loop", step=step)
+    diagram.add("first", First())
+    diagram.add("second", Second())
+    diagram.add("third", Third())
+    return connected(diagram, source)
+
+
+def unknowns(run: Any) -> np.ndarray:
+    return np.column_stack([run["first.a"], run["second.b"], run["third.c"]])
+
+
+def solution(s: Any) -> Any:
+    """Return b and the pair {a, c} in ascending order for a given s."""
+    s = np.asarray(s, dtype=float)
+    b = (2.0 * s - 9.0) / 5.0
+    total, squares = s - b, 5.0 - b * b
+    half_gap = np.sqrt(0.5 * squares - 0.25 * total * total)
+    return b, 0.5 * total - half_gap, 0.5 * total + half_gap
+
+
+def assert_solved(rows: np.ndarray, s: Any, within: float = 1e-8) -> None:
+    b, small, large = solution(s)
+    assert rows[:, 1] == pytest.approx(b, abs=within)
+    assert np.min(rows[:, [0, 2]], axis=1) == pytest.approx(small, abs=within)
+    assert np.max(rows[:, [0, 2]], axis=1) == pytest.approx(large, abs=within)
+
+
+def test_the_sheets_solution() -> None:
+    b, small, large = solution(0.0)
+    assert (b, small, large) == pytest.approx((-1.8, 0.635425, 1.164575), abs=5e-7)
+    assert (small, large) == pytest.approx((SMALL, LARGE), abs=1e-15)
+
+
+GUESS = {"first.a": 0.6, "second.b": -1.7, "third.c": 1.2}
+
+
+@pytest.mark.parametrize("solver", [Newton(guess=GUESS), FixedPoint(relaxation=0.5, guess=GUESS)])
+@pytest.mark.parametrize("algorithm", [TwoPhase, GaussSeidel, Iterated])
+def test_as_blocks(solver, algorithm) -> None:
+    """At every row, with s moving."""
+    chosen = algorithm(solver=solver) if algorithm is Iterated else algorithm(loops=solver)
+    run = of_blocks(Ramp(slope=0.1)).run(1.0, algorithm=chosen)
+    assert_solved(unknowns(run), 0.1 * run.time)
+    residual = run["first.a"] + run["second.b"] + run["third.c"] - 0.1 * run.time
+    assert np.abs(residual).max() < 1e-8
+
+
+@pytest.mark.parametrize("solver", [Newton(guess=GUESS), FixedPoint(relaxation=0.5, guess=GUESS)])
+@pytest.mark.parametrize("algorithm", [TwoPhase, Jacobi, GaussSeidel, Iterated])
+def test_as_fmus_in_initialization_mode(solver, algorithm) -> None:
+    chosen = algorithm(solver=solver) if algorithm is Iterated else algorithm(loops=solver)
+    run = of_fmus(Constant(0.0)).run(0.1, algorithm=chosen)
+    assert_solved(unknowns(run)[:1], np.zeros(1))
+
+
+@pytest.mark.parametrize("extrapolation", [0, 1])
+@pytest.mark.parametrize("solver", [Newton(guess=GUESS), FixedPoint(relaxation=0.5, guess=GUESS)])
+def test_as_fmus_by_repeated_steps(solver, extrapolation: int) -> None:
+    algorithm = Iterated(solver=solver, extrapolation=extrapolation)
+    run = of_fmus(Ramp(slope=0.1)).run(1.0, algorithm=algorithm)
+    b, small, large = solution(0.1 * run.time)
+    if extrapolation == 1:
+        assert_solved(unknowns(run), 0.1 * run.time)
+    else:  # an input that is held over the step may lag behind the ramp, but the loop is solved
+        late = solution(0.1 * np.maximum(run.time - 0.1, 0.0))
+        found = unknowns(run)[:, 1]
+        assert np.all(
+            np.isclose(found, b, rtol=0, atol=1e-8) | np.isclose(found, late[0], rtol=0, atol=1e-8)
+        )
+        assert np.all(small < large)
+
+
+def test_repeated_steps_with_directional_derivatives() -> None:
+    algorithm = Iterated(solver=Newton(derivatives="directional", guess=GUESS), extrapolation=1)
+    run = of_fmus(Ramp(slope=0.1)).run(1.0, algorithm=algorithm)
+    assert_solved(unknowns(run), 0.1 * run.time)
+
+
+def test_the_guess_chooses_between_two_solutions() -> None:
+    for first, third in ((SMALL, LARGE), (LARGE, SMALL)):
+        guess = {"first.a": first + 0.05, "second.b": -1.75, "third.c": third + 0.05}
+        for make in (of_blocks, of_fmus):
+            run = make(Constant(0.0)).run(0.1, algorithm=TwoPhase(loops=Newton(guess=guess)))
+            assert unknowns(run)[0] == pytest.approx([first, -1.8, third], abs=1e-8)
+
+
+def test_without_a_solver_a_loop_of_blocks_is_refused_with_its_ports() -> None:
+    diagram = Diagram("loop", step=0.1)
+    diagram.add("r", Constant(1.0))
+    diagram.add("error", Sum("+-"))
+    diagram.add("gain", Gain(3.0))
+    diagram.add("link", Delay(0.0))
+    for source, target in (("r.y", "error.u1"), ("error.y", "gain.u"), ("gain.y", "link.u"),
+                           ("link.y", "error.u2")):  # fmt: skip
+        diagram.connect(source, target)
+    with pytest.raises(AlgebraicLoopError) as refused:
+        diagram.run(1.0)
+    message = str(refused.value)
+    chain = ["error.u2", "error.y", "gain.u", "gain.y", "link.u", "link.y"]
+    assert all(port in message for port in chain), message
+    assert re.search(r"\br\.y", message) is None
+    # Each port is followed by the next of the circle, wherever it is begun.
+    places = [message.index(port) for port in chain]
+    turn = places.index(min(places))
+    assert places[turn:] + places[:turn] == sorted(places)
+    for solver in (Newton(), Newton(tolerance=1e-13)):
+        run = diagram.run(1.0, algorithm=TwoPhase(loops=solver))
+        assert run["gain.y"] == pytest.approx(0.75, abs=1e-10)  # 3 (1 − y)
+
+
+def test_a_solver_must_converge_even_where_plain_iteration_would_not() -> None:
+    """y = 3 (1 − y) repeated diverges; relaxed by 1/4 it is there at once."""
+    diagram = Diagram("loop", step=0.1)
+    diagram.add("r", Constant(1.0))
+    diagram.add("error", Sum("+-"))
+    diagram.add("gain", Gain(3.0))
+    diagram.connect("r.y", "error.u1")
+    diagram.connect("error.y", "gain.u")
+    diagram.connect("gain.y", "error.u2")
+    run = diagram.run(0.5, algorithm=TwoPhase(loops=FixedPoint(relaxation=0.25)))
+    assert run["gain.y"] == pytest.approx(0.75, abs=1e-9)
+    with pytest.raises((ConvergenceError, SimulationError), match="0 s") as failed:
+        diagram.run(0.5, algorithm=TwoPhase(loops=FixedPoint()))
+    assert "gain.y" in str(failed.value) or "error.y" in str(failed.value)
+
+
+def test_without_a_solver_fmus_that_need_each_other_at_the_start_are_refused() -> None:
+    with pytest.raises(AlgebraicLoopError) as refused:
+        of_fmus(Constant(0.0)).run(0.1)
+    message = str(refused.value)
+    assert sum(f"{HOME[n]}.{n}" in message for n in "abc") >= 2, message
+
+
+def test_a_chain_of_fmus_that_feed_through_is_no_loop() -> None:
+    """y = 2 u three times over: at the start all agree, without a solver."""
+    diagram = Diagram("chain", step=0.1)
+    diagram.add("source", Constant(1.5))
+    before = "source.y"
+    for name in ("three", "one", "two"):  # added in another order than they are connected
+        diagram.add(name, Fmu(build(plants.passing("passing"))))
+    for name in ("one", "two", "three"):
+        diagram.connect(before, f"{name}.u")
+        before = f"{name}.y"
+    run = diagram.run(0.5)
+    assert run["three.y"] == pytest.approx(12.0, abs=1e-12)
+
+
+@dataclass(frozen=True)
+class More(Block):
+    """y = u + 1: of which there is no u = y."""
+
+    inputs = {"u": "1"}
+    outputs = {"y": "1"}
+
+    def step(self, x: Any, u: float) -> Any:
+        return u + 1.0, x
+
+
+@pytest.mark.parametrize("solver", [Newton(), FixedPoint(iterations=50)])
+def test_no_solution_names_unknown_residual_and_time(solver) -> None:
+    """From t = 0.3 on, where a switch closes the loop."""
+    diagram = Diagram("loop", step=0.1)
+    diagram.add("more", More())
+    diagram.add("gain", _Switch(at=0.25))
+    diagram.connect("more.y", "gain.u")
+    diagram.connect("gain.y", "more.u")
+    with pytest.raises((ConvergenceError, SimulationError)) as failed:
+        diagram.run(1.0, algorithm=TwoPhase(loops=solver))
+    message = str(failed.value)
+    assert "0.3 s" in message
+    assert "more.y" in message or "gain.y" in message
+    assert "residual" in message or "differ" in message
+    assert _is_about_convergence(failed.value)
+
+
+def _is_about_convergence(error: BaseException | None) -> bool:
+    while error is not None and not isinstance(error, ConvergenceError):
+        error = error.__cause__
+    return error is not None
+
+
+@dataclass(frozen=True)
+class _Switch(Block):
+    """y = u from a time on, before that 0."""
+
+    at: float
+    inputs = {"u": "1"}
+    outputs = {"y": "1"}
+    timed = True
+
+    def step(self, x: Any, t: float, u: float) -> Any:
+        return (u if t >= self.at else 0.0), x
+
+
+def doubling_loop() -> Diagram:
+    """y = 2 (y / 2 + r): any y for r = 0, none after the step of r."""
+    diagram = Diagram("loop", step=0.1)
+    diagram.add("pass_on", Fmu(build(plants.passing("passing"))))
+    diagram.add("half", Gain(0.5))
+    diagram.add("r", Step(at=0.25, to=1.0))
+    diagram.add("sum", Sum("++"))
+    for source, target in (("pass_on.y", "half.u"), ("half.y", "sum.u1"), ("r.y", "sum.u2"),
+                           ("sum.y", "pass_on.u")):  # fmt: skip
+        diagram.connect(source, target)
+    return diagram
+
+
+@pytest.mark.parametrize("solver", [Newton(), FixedPoint(iterations=50)])
+def test_steps_that_do_not_agree_name_unknown_residual_and_time(solver) -> None:
+    with pytest.raises((ConvergenceError, SimulationError)) as failed:
+        doubling_loop().run(1.0, algorithm=Iterated(solver=solver))
+    message = str(failed.value)
+    assert "pass_on.y" in message
+    assert "0.2" in message or "0.3 s" in message  # the step from 0.2 s to 0.3 s
+    assert "residual" in message or "differ" in message
+    assert _is_about_convergence(failed.value)
+    assert isinstance(failed.value, SimulationError)
+    assert failed.value.run.time == pytest.approx([0.0, 0.1, 0.2], abs=1e-15)
+
+
+def test_where_the_equations_lose_their_solution_the_rows_so_far_are_kept() -> None:
+    """Beyond s = 1.35 there is no real a and c."""
+    algorithm = Iterated(solver=Newton(guess=GUESS), extrapolation=1)
+    with pytest.raises(SimulationError, match="third") as failed:
+        of_fmus(Ramp(slope=1.0)).run(3.0, algorithm=algorithm)
+    run = failed.value.run
+    assert run.time[-1] == 1.3
+    assert_solved(unknowns(run), run.time)
+
+
+def test_a_guess_of_no_signal_is_refused() -> None:
+    with pytest.raises(DiagramError, match="thrid"):
+        of_blocks(Constant(0.0)).run(0.1, algorithm=TwoPhase(loops=Newton(guess={"thrid.c": 1.0})))
+
+
+def test_a_loop_through_an_fmu_is_none_after_the_start() -> None:
+    """gain → FMU → gain: the FMU's output at t_k is that of its step; u and y alternate."""
+    diagram = Diagram("loop", step=0.1)
+    diagram.add("pass_on", Fmu(build(plants.passing("passing"))))
+    diagram.add("half", Gain(0.25))
+    diagram.add("r", Step(at=0.2, to=1.0))
+    diagram.add("sum", Sum("++"))
+    for source, target in (("pass_on.y", "half.u"), ("half.y", "sum.u1"), ("r.y", "sum.u2"),
+                           ("sum.y", "pass_on.u")):  # fmt: skip
+        diagram.connect(source, target)
+    run = diagram.run(1.0, algorithm=TwoPhase(loops=Newton()))
+    y = [0.0]
+    for k in range(10):  # y_{k+1} = 2 u_k = 2 (y_k / 4 + r_k)
+        y.append(2.0 * (0.25 * y[-1] + (1.0 if k >= 2 else 0.0)))
+    assert run["pass_on.y"] == pytest.approx(y, abs=1e-14)
+    repeated = diagram.run(1.0, algorithm=Iterated(extrapolation=1))
+    assert repeated["pass_on.y"][4:] == pytest.approx(4.0, abs=1e-8)  # y = 2 (y / 4 + 1)
+
+
+def test_step_doubling_with_an_inner_iteration_solves_the_loop() -> None:
+    algorithm = StepDoubling(inner=Iterated(solver=Newton(guess=GUESS), extrapolation=1))
+    run = of_fmus(Ramp(slope=0.1)).run(0.5, algorithm=algorithm)
+    assert_solved(unknowns(run), 0.1 * run.time)
