@@ -94,7 +94,8 @@ class Coupling:
         last = Last(_END, dict(zip(self.extrapolated, before, strict=True))) if before else None
         self._over(k, last, values)
         span = float(self.plan.clock.step)
-        for instance in self.fmus.instances.values():
+        for i in self.plan.network.fmus:
+            instance = self.fmus.instances[self.plan.nodes[i].name]
             if instance.steps_inline:
                 instance.span.value = span
 

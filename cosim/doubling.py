@@ -91,7 +91,7 @@ class Doubled:
             raise ConvergenceError(
                 f"step-size control at t = {tick.time(p):.9g} s: with the smallest step, "
                 f"{self.algorithm.smallest:g} of {float(tick.plan.clock.step):g} s, the error of "
-                f"{signal} is still {error:.3g} times what is allowed; allow a larger tolerance or scale, or a smaller "
-                "step by `smallest`"
+                f"{signal} is still {error:.3g} times what is allowed; allow a larger tolerance "
+                "or scale, or a smaller step by `smallest`"
             )
         self.level += 1

@@ -92,7 +92,7 @@ def generate(
     text.block(2, (*after, *schedule.updates))
     text.add(2, "k += 1")
     text.add(1, f"return [{everything}]")
-    for name, operations in (("observe", schedule.outputs), ("initial", schedule.initial)):
+    for name, operations in (("observe", schedule.observed), ("initial", schedule.initial)):
         text.add(0, "")
         text.add(0, f"def {name}(k, values):")
         text.add(1, f"[{everything}] = values")
@@ -192,8 +192,13 @@ class _Text:
 
     @write.register
     def _(self, operation: Read, depth: int) -> None:
-        for register, array, slot in operation.values:
-            self.add(depth, f"{register} = {self.array(array)}[{slot}]")
+        for registers, array, slot in _runs(operation.values):
+            if len(registers) == 1:
+                self.add(depth, f"{registers[0]} = {self.array(array)}[{slot}]")
+            else:  # a slice is faster than many looks
+                targets = ", ".join(registers)
+                end = slot + len(registers)
+                self.add(depth, f"{targets} = {self.array(array)}[{slot}:{end}]")
 
     def array(self, array: Any) -> str:
         name = self.arrays.setdefault(id(array), f"array{len(self.arrays)}")
@@ -294,6 +299,17 @@ class _Text:
         kept = "".join(f", {register}" for register in operation.registers)
         self.add(depth, f"pack(buffer, row{kept})")
         self.add(depth, "row += size")
+
+
+def _runs(values: Sequence[tuple[str, Any, int]]) -> list[tuple[list[str], Any, int]]:
+    """Return (registers, array, first index) of neighbours in one array."""
+    runs: list[tuple[list[str], Any, int]] = []
+    for register, array, slot in values:
+        if runs and runs[-1][1] is array and runs[-1][2] + len(runs[-1][0]) == slot:
+            runs[-1][0].append(register)
+        else:
+            runs.append(([register], array, slot))
+    return runs
 
 
 def _ticks(a: int, b: int, k: str) -> str:

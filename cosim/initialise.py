@@ -139,7 +139,7 @@ class Initialisation:
         return lambda z: feedthrough(fmus, self.fmus, places) @ differences(inputs, z)
 
     def _circle(self) -> list[str]:
-        """Return a circle of ports that depend on each other through FMUs, by what these declare."""
+        """Return a circle of ports that depend on each other through FMUs, as these declare."""
         plan = self.plan
         maker = {j: node for node in plan.nodes for j in node.outputs}
         arrows = []

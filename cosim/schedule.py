@@ -7,7 +7,7 @@ Registers that live from tick to tick:
     e3  the next event of node 3                m   what the coupling of FMUs remembers
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -38,7 +38,8 @@ from .plan import Node, Plan
 
 @dataclass(frozen=True)
 class Schedule:
-    """Operations in order. `initial` are the outputs at the start, from the FMUs' present ones.
+    """Operations in order. `initial` are the outputs at the start, from the FMUs' present ones,
+    `outputs` what a tick needs of them, and `observed` all of them.
 
     `registers` are those that live, with `labels` that mean the same in any diagram, and `start`
     their values before the first tick.
@@ -47,6 +48,7 @@ class Schedule:
     plan: Plan
     initial: tuple[Operation, ...]
     outputs: tuple[Operation, ...]
+    observed: tuple[Operation, ...]
     updates: tuple[Operation, ...]
     registers: tuple[str, ...]
     labels: tuple[str, ...]
@@ -54,15 +56,23 @@ class Schedule:
     coupling: Coupling
 
 
-def make_schedule(plan: Plan, instances: Mapping[str, FmuInstance]) -> Schedule:
-    """Return the schedule of a plan with its FMUs' instances."""
+def make_schedule(
+    plan: Plan, instances: Mapping[str, FmuInstance], kept: Collection[int] | None = None
+) -> Schedule:
+    """Return the schedule of a plan with its FMUs' instances.
+
+    `kept` are the signals that are recorded or observed (None: all). An FMU output that neither
+    they nor a block needs is not read in a tick, only for `observe` (see Schedule).
+    """
     coupling = Coupling(plan, instances)
     writer = _Writer(plan, instances, coupling)
+    needed = None if kept is None else {*kept, *(j for n in plan.nodes for j in n.inputs)}
     registers = _registers(plan, coupling)
     return Schedule(
         plan,
         initial=tuple(writer.outputs(initial=True)),
-        outputs=tuple(writer.outputs()),
+        outputs=tuple(writer.outputs(needed=needed)),
+        observed=tuple(writer.outputs()),
         updates=tuple(writer.updates()),
         registers=tuple(r for r, _, _ in registers),
         labels=tuple(label for _, label, _ in registers),
@@ -122,7 +132,9 @@ class _Writer:
 
     # Outputs
 
-    def outputs(self, *, initial: bool = False) -> list[Operation]:
+    def outputs(
+        self, *, initial: bool = False, needed: Collection[int] | None = None
+    ) -> list[Operation]:
         operations: list[Operation] = []
         loops = {loop.start: loop for loop in self.plan.loops}
         inside = {i for loop in self.plan.loops for i in loop}
@@ -135,16 +147,17 @@ class _Writer:
             elif i in loops and (initial or not self.slaves):
                 operations.append(self._loop(loops[i]))
             elif i not in inside or self.slaves:
-                operations.append(self._output(i, node))
-        return operations
+                operations.append(self._output(i, node, needed))
+        return [o for o in operations if not (isinstance(o, Read) and not o.values)]
 
-    def _output(self, i: int, node: Node) -> Operation:
+    def _output(self, i: int, node: Node, needed: Collection[int] | None) -> Operation:
         block = node.block
         if isinstance(block, Fmu):
             slots = self.instances[node.name].output_slots
             values = tuple(
                 (f"y{j}", array, slot)
                 for j, (array, slot, _) in zip(node.outputs, slots, strict=True)
+                if needed is None or j in needed
             )
             return Read(values=values, node=node.name, every=node.ticks)
         if isinstance(block, Delay):

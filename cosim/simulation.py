@@ -122,7 +122,9 @@ class Simulation:
     def _compile(self) -> None:
         """Make the program for the plan that holds from the present tick on."""
         plan = self._plan = self._phases.plan(self.tick)
-        self._schedule = make_schedule(plan, self._instances)
+        watched = {name for observer in self._options.observers for name in observer.ports}
+        kept = {plan.signals.index(name) for name in (*self._kept, *watched)}
+        self._schedule = make_schedule(plan, self._instances, kept)
         registers = tuple(f"y{plan.signals.index(name)}" for name in self._kept)
         record = Record(registers=registers, every=self._recorder.every)
         before = () if self._pacer is None else (_wait(self._pacer),)
