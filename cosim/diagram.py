@@ -183,8 +183,8 @@ class Diagram:
 
         Raise SimulationError, which carries the rows so far, if a block fails.
         """
+        from .options import Options
         from .run import run
-        from .simulation import Options
 
         options = Options(
             start=start,
@@ -219,7 +219,8 @@ class Diagram:
                 simulation["train.speed"]
                 simulation.checkpoint().save("at_5s.checkpoint")
         """
-        from .simulation import Options, Simulation
+        from .options import Options
+        from .simulation import Simulation
 
         options = Options(
             start=start,

@@ -1,6 +1,7 @@
 """The engines that carry out a schedule, and which of them a run gets."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any, Protocol
 
 import numpy as np
@@ -12,10 +13,20 @@ from .schedule import Schedule
 
 
 class Engine(Protocol):
-    """What carries out the ticks of a schedule. All give the same bits."""
+    """What carries out the ticks of a schedule. All give the same bits.
 
-    name: str
-    reason: str
+    `reason` says why it is not the compiled one, where that was asked for or would do.
+    """
+
+    @property
+    def name(self) -> str:
+        """The engine's name: "python" or "compiled"."""
+        ...
+
+    @property
+    def reason(self) -> str:
+        """Why it is not the compiled one, where that would have been taken."""
+        ...
 
     def advance(self, k: int, end: int, values: Sequence[Any], rows: np.ndarray) -> list[Any]:
         """Run ticks k … end − 1, write their rows, and return the registers then."""
@@ -34,5 +45,20 @@ def choose_engine(
     before: Sequence[Call],
     after: Sequence[Call],
 ) -> Engine:
-    """Return the engine that is wanted ("auto", "python", "compiled")."""
-    return program
+    """Return the engine that is wanted: "python", "compiled", or "auto", compiled if it can be had.
+
+    Raise EngineError where "compiled" cannot be had.
+    """
+    if wanted == "python":
+        return program
+    from .compiled.engine import CompiledEngine
+    from .compiled.library import EngineError, load_library
+    from .compiled.table import Table
+
+    try:
+        library = load_library(again=wanted == "compiled")
+        return CompiledEngine(library, Table(schedule, record, before, after), program)
+    except EngineError as error:
+        if wanted == "compiled":
+            raise EngineError(f"engine='compiled': {error}; engine='python' does without") from None
+        return replace(program, reason=str(error))

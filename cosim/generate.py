@@ -51,9 +51,9 @@ class Program:
     node_of_line: dict[int, str]
     record_line: int
     width: int
+    reason: str = ""  # why it is not the compiled engine, where that would have been taken
 
     name = "python"
-    reason = ""
 
     def advance(self, k: int, end: int, values: Sequence[Any], rows: np.ndarray) -> list[Any]:
         """Run ticks k … end − 1, write their rows, and return the registers then."""

@@ -25,9 +25,10 @@ from .differences import python_map
 from .fmu_instance import FmuInstance
 from .linear_block import LinearBlock, LinearisationError, delay_map, fmu_map
 from .linear_wiring import Wiring, require_held, wire
+from .options import Options
 from .plan import Node, Plan
 from .recording import Recording
-from .simulation import Options, Simulation
+from .simulation import Simulation
 
 if TYPE_CHECKING:
     from control import StateSpace

@@ -6,8 +6,9 @@ from typing import TYPE_CHECKING
 
 from ..base.errors import DiagramError
 from .clock import Clock, rational
+from .options import Options
 from .result import Run
-from .simulation import Options, Simulation
+from .simulation import Simulation
 
 if TYPE_CHECKING:
     from .diagram import Diagram

@@ -1,17 +1,15 @@
 """A simulation that is going on: a diagram brought to some tick, to be taken further or saved."""
 
 import warnings
-from collections.abc import Sequence
 from contextlib import suppress
-from dataclasses import dataclass
 from fractions import Fraction
 from time import perf_counter
 from typing import Any, Self
 
 import numpy as np
 
-from ..base.errors import DiagramError, ParameterError, RailcosimError
-from .algorithms import Master, TwoPhase
+from ..base.errors import DiagramError, RailcosimError
+from .algorithms import TwoPhase
 from .blocks.fmu import Fmu
 from .checkpoint import Checkpoint
 from .clock import rational
@@ -20,47 +18,18 @@ from .engine import Engine, choose_engine
 from .fmu_instance import FmuInstance
 from .generate import generate
 from .initialise import Initialisation, NotFiniteError
-from .observer import Observer
-from .operations import Call, Record
-from .pacing import Pace, Pacer
+from .operations import Record
+from .options import Options
+from .pacing import Pacer
 from .phases import Phases
 from .places import ObserverError, Place, message, no_number, not_finite
 from .plan import Plan
 from .recording import Recorder, Recording
 from .result import Run, SimulationError
-from .scenario import Scenario
 from .schedule import make_schedule
+from .watching import StopRunError, observer_call, wait_call
 
 _CHUNK_SECONDS = 0.1  # between two looks at the clock, the progress bar and the signals
-
-
-@dataclass(frozen=True, kw_only=True)
-class Options:
-    """How a diagram is run; see Diagram.run. Raise ParameterError for what is none of that."""
-
-    start: float | Fraction = 0.0
-    algorithm: Master | None = None
-    record: Sequence[str] | Recording | None = None
-    scenario: Scenario | None = None
-    observers: Sequence[Observer] = ()
-    pace: Pace | None = None
-    engine: str = "auto"
-    resume: Checkpoint | None = None
-
-    def __post_init__(self) -> None:
-        if self.engine not in ("auto", "python", "compiled"):
-            raise ParameterError(f"engine is 'auto', 'python' or 'compiled', not {self.engine!r}")
-        for observer in self.observers:
-            if not isinstance(observer, Observer):
-                raise ParameterError(f"observers must be Observer(…) values, not {observer!r}")
-        for name, kind in (("pace", Pace), ("resume", Checkpoint)):
-            value = getattr(self, name)
-            if value is not None and not isinstance(value, kind):
-                raise ParameterError(f"{name} must be a {kind.__name__}, not {value!r}")
-
-
-class _StopRunError(Exception):
-    """An observer asks for the run's end."""
 
 
 class Simulation:
@@ -127,8 +96,8 @@ class Simulation:
         self._schedule = make_schedule(plan, self._instances, kept)
         registers = tuple(f"y{plan.signals.index(name)}" for name in self._kept)
         record = Record(registers=registers, every=self._recorder.every)
-        before = () if self._pacer is None else (_wait(self._pacer),)
-        after = tuple(_observe(observer, plan) for observer in self._options.observers)
+        before = () if self._pacer is None else (wait_call(self._pacer),)
+        after = tuple(observer_call(observer, plan) for observer in self._options.observers)
         self._program = generate(self._schedule, record, before=before, after=after)
         self._engine = choose_engine(
             self._options.engine, self._schedule, self._program, record, before, after
@@ -277,7 +246,7 @@ class Simulation:
         rows = self._recorder.buffer(self._recorder.count(self.tick, end))
         try:
             self._values = self._engine.advance(self.tick, end, self._values, rows)
-        except _StopRunError as stop:
+        except StopRunError as stop:
             place = self._engine.where(stop)
             assert place is not None
             self._keep(rows, place.tick + 1)
@@ -388,21 +357,3 @@ class Simulation:
         """Return how many steps the FMUs have made, where that is not the number of ticks."""
         coupling = getattr(self, "_schedule", None) and self._schedule.coupling
         return coupling.fmus.steps if coupling and coupling.is_always else None
-
-
-def _wait(pacer: Pacer) -> Call:
-    return Call(function=pacer.wait, arguments=("k",), results=None)
-
-
-def _observe(observer: Observer, plan: Plan) -> Call:
-    def observe(t: float, *values: Any) -> None:
-        try:
-            ends = observer.function(t, *values)
-        except Exception as error:
-            raise ObserverError(observer.label) from error
-        if ends is True:
-            raise _StopRunError
-
-    places = observer.places(plan.signals, plan.name)
-    arguments = ("t", *(f"y{j}" for j in places))
-    return Call(function=observe, arguments=arguments, results=None, every=observer.every)
