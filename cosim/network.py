@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from ..base.errors import DiagramError, listing, suggest
-from .algorithms import GaussSeidel, Master, StepDoubling
+from .algorithms import GaussSeidel, Jacobi, Master, StepDoubling
 from .blocks.delay import Delay
 from .blocks.fmu import Fmu
 from .order import ordered
@@ -39,7 +39,7 @@ def make_network(nodes: "Sequence[Node]", algorithm: Master) -> Network:
     between = []
     for i in reversed(range(len(nodes))):
         node = nodes[i]
-        if needed.isdisjoint(node.outputs) or not _between(node):
+        if needed.isdisjoint(node.outputs) or not _between(node) or is_slave(node, algorithm):
             continue
         between.insert(0, i)
         if not isinstance(node.block, Delay):
@@ -54,6 +54,15 @@ def make_network(nodes: "Sequence[Node]", algorithm: Master) -> Network:
     if isinstance(inner, GaussSeidel):
         fmus = _gauss_seidel(nodes, maker, set(between), fmus, inner)
     return Network(tuple(fmus), tuple(between), circles, events)
+
+
+def is_slave(node: "Node", algorithm: Master) -> bool:
+    """Return whether a Python block is stepped in parallel with the FMUs, as Jacobi does.
+
+    What it gives is sampled, and held until its next hit.
+    """
+    slave = node.block.feedthrough and bool(node.inputs) and not node.block.run_by_engine
+    return slave and isinstance(algorithm, Jacobi)
 
 
 def _between(node: "Node") -> bool:

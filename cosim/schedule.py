@@ -13,7 +13,6 @@ from typing import Any
 
 from ..base.errors import DiagramError, RailcosimError
 from .ahead import straight
-from .algorithms import Jacobi
 from .block import Block
 from .blocks.delay import Delay
 from .blocks.fmu import Fmu
@@ -21,6 +20,7 @@ from .coupling import Coupling
 from .delay_operations import edges, past
 from .fmu_instance import FmuInstance
 from .loop_solver import LoopSolver
+from .network import is_slave
 from .operations import (
     Advance,
     Announce,
@@ -83,13 +83,7 @@ def make_schedule(
 
 def slaves(plan: Plan) -> list[int]:
     """Return the nodes that are stepped in parallel with the FMUs: Jacobi's Python blocks."""
-    if not isinstance(plan.algorithm, Jacobi):
-        return []
-    return [
-        i
-        for i, node in enumerate(plan.nodes)
-        if node.block.feedthrough and node.inputs and not node.block.run_by_engine
-    ]
+    return [i for i, node in enumerate(plan.nodes) if is_slave(node, plan.algorithm)]
 
 
 def _registers(plan: Plan, coupling: Coupling) -> list[tuple[str, str, Any]]:

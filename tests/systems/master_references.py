@@ -9,6 +9,7 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import lru_cache
+from typing import Any
 
 import numpy as np
 from scipy.linalg import expm
@@ -37,12 +38,12 @@ def linear_step(a: Array, b: Array, x: Array, u: Array, slope: Array, h: float) 
 class Half:
     """x' = a x + b u + r, y = c x + d u, of which `r` is what acts from outside."""
 
-    a: Array
-    b: Array
-    c: Array
-    d: Array
-    x: Array
-    r: Array = field(default_factory=lambda: np.zeros(2))
+    a: Any
+    b: Any
+    c: Any
+    d: Any
+    x: Any
+    r: Any = field(default_factory=lambda: np.zeros(2))
 
     def __post_init__(self) -> None:
         self.a, self.b, self.c, self.d, self.x, self.r = (

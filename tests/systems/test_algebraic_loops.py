@@ -7,7 +7,19 @@ from typing import Any
 import numpy as np
 import pytest
 
-from railcosim import Block, Constant, Delay, Diagram, Fmu, Gain, Ramp, SimulationError, Step, Sum
+from railcosim import (
+    Block,
+    Constant,
+    Delay,
+    Diagram,
+    Fmu,
+    Gain,
+    Hold,
+    Ramp,
+    SimulationError,
+    Step,
+    Sum,
+)
 from railcosim.base.errors import AlgebraicLoopError, ConvergenceError, DiagramError
 from railcosim.cosim.algorithms import (
     FixedPoint,
@@ -20,6 +32,7 @@ from railcosim.cosim.algorithms import (
 )
 from railcosim.fmus import build
 from tests import coupled_plants, plants
+from tests.coupled_diagrams import same, wired
 
 SMALL, LARGE = 0.6354248688935409, 1.1645751311064590  # 0.9 ∓ √0.07, for s = 0
 
@@ -136,7 +149,7 @@ def test_as_fmus_in_initialization_mode(solver, algorithm) -> None:
 
 @pytest.mark.parametrize("extrapolation", [0, 1])
 @pytest.mark.parametrize("solver", [Newton(guess=GUESS), FixedPoint(relaxation=0.5, guess=GUESS)])
-def test_as_fmus_by_repeated_steps(solver, extrapolation: int) -> None:
+def test_as_fmus_by_repeated_steps(solver, extrapolation: Any) -> None:
     algorithm = Iterated(solver=solver, extrapolation=extrapolation)
     run = of_fmus(Ramp(slope=0.1)).run(1.0, algorithm=algorithm)
     b, small, large = solution(0.1 * run.time)
@@ -337,3 +350,58 @@ def test_step_doubling_with_an_inner_iteration_solves_the_loop() -> None:
     algorithm = StepDoubling(inner=Iterated(solver=Newton(guess=GUESS), extrapolation=1))
     run = of_fmus(Ramp(slope=0.1)).run(0.5, algorithm=algorithm)
     assert_solved(unknowns(run), 0.1 * run.time)
+
+
+@pytest.mark.parametrize("solver", [Newton(), FixedPoint(relaxation=0.5)])
+def test_a_delay_below_a_step_in_a_loop(solver) -> None:
+    """y = r − x, x on the line between y now (60 %) and y one step ago, but for the history."""
+    blocks = {"r": Ramp(slope=1.0, initial=1.0), "sum": Sum("+-"), "link": Delay(0.04, initial=0.5)}
+    diagram = wired(
+        Diagram("short", step=0.1), blocks, "r.y sum.u1", "sum.y link.u", "link.y sum.u2"
+    )
+    with pytest.raises(AlgebraicLoopError, match=r"link\.u.*link\.y|link\.y.*link\.u"):
+        diagram.run(1.0)
+    run = diagram.run(1.0, algorithm=TwoPhase(loops=solver))
+    y = [0.5]  # at the start the delay shows its history
+    for k in range(1, 11):
+        y.append((1.0 + 0.1 * k - 0.4 * y[-1]) / 1.6)
+    assert run["sum.y"] == pytest.approx(y, abs=1e-9)
+
+
+def test_a_loop_that_is_closed_only_at_some_hits() -> None:
+    """A hold with a longer period: at its hits y = (y − 3) / 2 + 1, between them no loop."""
+    blocks = {
+        "hold": Hold(0.3), "half": Gain(0.5), "sum": Sum("++"), "r": Ramp(slope=1.0, initial=-0.5)
+    }  # fmt: skip
+    wires = ("sum.y hold.u", "hold.y half.u", "half.y sum.u1", "r.y sum.u2")
+    run = wired(Diagram("slow", step=0.1), blocks, *wires).run(
+        0.9, algorithm=TwoPhase(loops=Newton())
+    )
+    r = -0.5 + run.time
+    held = 2.0 * r[np.arange(10) // 3 * 3]  # y = y / 2 + r
+    assert run["hold.y"] == pytest.approx(held, abs=1e-12)
+    assert run["sum.y"] == pytest.approx(0.5 * held + r, abs=1e-12)
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_random_linear_loops(seed: int) -> None:
+    """y = M y + r with blocks: each row solves the equations."""
+    rng = np.random.default_rng(seed)
+    n = int(rng.integers(2, 7))
+    m = np.where(rng.random((n, n)) < 0.6, rng.uniform(-0.9, 0.9, (n, n)), 0.0)
+    blocks: dict[str, Block] = {"r": Ramp(slope=1.0, initial=0.3)}
+    wires = []
+    for i in range(n):
+        row = np.flatnonzero(m[i])
+        blocks[f"y{i}"] = Sum("+" * (len(row) + 1))
+        wires.append(f"r.y y{i}.u1")
+        for place, j in enumerate(row):
+            blocks[f"g{i}_{j}"] = Gain(float(m[i, j]))
+            wires += [f"y{j}.y g{i}_{j}.u", f"g{i}_{j}.y y{i}.u{place + 2}"]
+    diagram = wired(Diagram("loops", step=0.1), blocks, *wires)
+    run = diagram.run(1.0, algorithm=TwoPhase(loops=Newton()))
+    exact = np.outer(0.3 + run.time, np.linalg.solve(np.eye(n) - m, np.ones(n)))
+    found = np.column_stack([run[f"y{i}.y"] for i in range(n)])
+    assert found == pytest.approx(exact, abs=1e-9 * max(1.0, np.abs(exact).max()))
+    mixed = diagram.run(1.0, algorithm=TwoPhase(loops=Newton()), engine="python")
+    assert same(mixed, run)

@@ -15,6 +15,7 @@ from railcosim import Diagram, Fmu, Gain, Run, Sum
 from railcosim.cosim.algorithms import GaussSeidel, Iterated, Jacobi, Newton, TwoPhase
 from railcosim.fmus import build
 from tests import coupled_plants
+from tests.coupled_diagrams import oscillator, wired
 from tests.systems import master_references as references
 
 STATES = ("one.x", "one.v", "two.x", "two.v")
@@ -23,35 +24,23 @@ STEPS = (0.01, 0.005, 0.0025, 0.00125)
 T = 2.0
 
 
-def with_feedthrough(step: float) -> Diagram:
-    """The second FMU gives the force, which depends directly on its inputs."""
-    diagram = Diagram("oscillator", step=step)
-    diagram.add("one", Fmu(build(coupled_plants.driven_mass()), x=1.0))
-    diagram.add("two", Fmu(build(coupled_plants.sprung_mass())))
-    diagram.connect("one.x", "two.far")
-    diagram.connect("one.v", "two.far_speed")
-    diagram.connect("two.force", "one.force")
-    return diagram
-
-
 def with_blocks(step: float) -> Diagram:
     """Neither FMU feeds through; blocks compute the force from positions and speeds."""
-    diagram = Diagram("oscillator", step=step)
-    diagram.add("one", Fmu(build(coupled_plants.driven_mass()), x=1.0))
-    diagram.add("two", Fmu(build(coupled_plants.silent_sprung_mass())))
-    diagram.add("stretch", Sum("+-"))
-    diagram.add("rate", Sum("+-"))
-    diagram.add("spring", Gain(100.0, input_unit="m", unit="N"))
-    diagram.add("damper", Gain(1.0, input_unit="m/s", unit="N"))
-    diagram.add("force", Sum("++"))
-    for source, target in (
-        ("one.x", "two.far"), ("one.v", "two.far_speed"),
-        ("two.x", "stretch.u1"), ("one.x", "stretch.u2"), ("stretch.y", "spring.u"),
-        ("two.v", "rate.u1"), ("one.v", "rate.u2"), ("rate.y", "damper.u"),
-        ("spring.y", "force.u1"), ("damper.y", "force.u2"), ("force.y", "one.force"),
-    ):  # fmt: skip
-        diagram.connect(source, target)
-    return diagram
+    blocks = {
+        "one": Fmu(build(coupled_plants.driven_mass()), x=1.0),
+        "two": Fmu(build(coupled_plants.silent_sprung_mass())),
+        "stretch": Sum("+-"),
+        "rate": Sum("+-"),
+        "spring": Gain(100.0, input_unit="m", unit="N"),
+        "damper": Gain(1.0, input_unit="m/s", unit="N"),
+        "force": Sum("++"),
+    }
+    wires = (
+        "one.x two.far stretch.u2", "two.x stretch.u1", "stretch.y spring.u", "spring.y force.u1",
+        "one.v two.far_speed rate.u2", "two.v rate.u1", "rate.y damper.u", "damper.y force.u2",
+        "force.y one.force",
+    )  # fmt: skip
+    return wired(Diagram("oscillator", step=step), blocks, *wires)
 
 
 def states(run: Run) -> np.ndarray:
@@ -76,9 +65,9 @@ def test_the_solution_is_that_of_the_sheet() -> None:
     [
         (TwoPhase(), with_blocks, 1.07, 9.6e-2),
         (TwoPhase(extrapolation=1), with_blocks, 8.0e-2, 1.2e-3),
-        (GaussSeidel(order=("one", "two")), with_feedthrough, 0.82, 8.5e-2),
+        (GaussSeidel(order=("one", "two")), oscillator, 0.82, 8.5e-2),
         (GaussSeidel(order=("one", "two")), with_blocks, 0.82, 8.5e-2),
-        (GaussSeidel(order=("one", "two"), extrapolation=1), with_feedthrough, 4.9e-2, 7.0e-4),
+        (GaussSeidel(order=("one", "two"), extrapolation=1), oscillator, 4.9e-2, 7.0e-4),
         (GaussSeidel(order=("one", "two"), extrapolation=1), with_blocks, 4.9e-2, 7.0e-4),
     ],
 )
@@ -98,13 +87,13 @@ def rows_of(reference: Callable[..., np.ndarray], order: int, **options: int) ->
 @pytest.mark.parametrize(
     ("algorithm", "make", "reference", "options"),
     [
-        (TwoPhase(), with_feedthrough, references.parallel, {}),
-        (Jacobi(), with_feedthrough, references.parallel, {}),
+        (TwoPhase(), oscillator, references.parallel, {}),
+        (Jacobi(), oscillator, references.parallel, {}),
         (TwoPhase(), with_blocks, references.parallel_with_outside_coupling, {}),
-        (GaussSeidel(), with_feedthrough, references.in_order, {}),
+        (GaussSeidel(), oscillator, references.in_order, {}),
         (GaussSeidel(order=("one", "two")), with_blocks, references.in_order, {"first": 0}),
-        (GaussSeidel(order=("two", "one")), with_feedthrough, references.in_order, {"first": 1}),
-        (Iterated(solver=Newton()), with_feedthrough, references.iterated, {}),
+        (GaussSeidel(order=("two", "one")), oscillator, references.in_order, {"first": 1}),
+        (Iterated(solver=Newton()), oscillator, references.iterated, {}),
         (Iterated(solver=Newton()), with_blocks, references.iterated, {}),
     ],
 )
@@ -113,7 +102,7 @@ def test_every_row_is_that_of_the_algorithm(algorithm, make, reference, options,
     expected = rows_of(reference, order, **options)
     run = make(STEPS[0]).run(T, algorithm=replace(algorithm, extrapolation=order))
     assert states(run) == pytest.approx(expected[:, :4], abs=3e-7 * np.abs(expected).max())
-    if make is with_feedthrough:
+    if make is oscillator:
         size = np.abs(expected[:, 4]).max()
         assert run["two.force"] == pytest.approx(expected[:, 4], abs=1e-6 * size)
 
@@ -123,9 +112,7 @@ def test_every_row_is_that_of_the_algorithm(algorithm, make, reference, options,
 def test_orders_of_the_others(algorithm, order: int) -> None:
     """Jacobi of FMUs that must be read after their step; it has its order only at 1.25 ms."""
     algorithm = replace(algorithm, extrapolation=order)
-    ends = [
-        states(with_feedthrough(h).run(T, algorithm=algorithm))[-1] for h in (1 / 800, 1 / 1600)
-    ]
+    ends = [states(oscillator(h).run(T, algorithm=algorithm))[-1] for h in (1 / 800, 1 / 1600)]
     coarse, fine = (np.linalg.norm(end - EXACT) for end in ends)
     assert np.log2(coarse / fine) == pytest.approx(order + 1, abs=0.1)
 

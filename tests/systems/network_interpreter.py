@@ -1,0 +1,387 @@
+"""An interpreter of diagrams, written from what the documents say and not from the engine.
+
+Nothing of railcosim is imported. It knows linear FMUs, whose steps it computes by the matrix
+exponential, and a dozen kinds of blocks; time is in fractions. It is slow, and simple.
+
+A node's inputs are (node, port) pairs. Nodes with direct feedthrough read from nodes before them
+or from nodes without it, so that their order is that of evaluation.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from fractions import Fraction
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+
+from tests.systems.master_references import linear_step
+
+Signal = tuple[int, int]
+Values = dict[Signal, float]
+
+SOURCES = ("constant", "step", "pulse", "ramp")
+CONTINUOUS = ("gain", "sum", "saturation")  # and without a state: taken anew within a step
+SAMPLED = ("hold", "low_pass")  # with feedthrough, held between hits
+
+
+@dataclass
+class Node:
+    """One block: its kind, its parameters, what drives it, and its hits (every `every` ticks)."""
+
+    kind: str
+    p: dict[str, Any]
+    inputs: list[Signal] = field(default_factory=list)
+    every: int = 1
+
+    @property
+    def is_fast(self) -> bool:
+        return self.kind == "fmu" and self.every == 1
+
+    @property
+    def ports(self) -> int:
+        return 2 if self.kind == "fmu" else 1
+
+
+@dataclass
+class Scheme:
+    """An algorithm: "two_phase", "jacobi", "gauss_seidel" or "iterated"."""
+
+    kind: str
+    extrapolation: int = 0
+    order: Sequence[int] = ()
+
+
+class Interpreter:
+    """One run of a network with a base step h (s)."""
+
+    def __init__(self, nodes: Sequence[Node], h: Fraction, scheme: Scheme) -> None:
+        self.nodes, self.h, self.scheme = nodes, h, scheme
+        self.fast = [i for i, node in enumerate(nodes) if node.is_fast]
+        self.x = {i: self._start(node) for i, node in enumerate(nodes)}
+        self.samples: dict[int, list[float]] = {
+            i: [] for i, node in enumerate(nodes) if node.kind == "delay"
+        }
+        self.shown: Values = {}  # the present outputs of FMUs
+        self.taken: dict[int, np.ndarray] = {}  # what slow FMUs hold
+        self.computed: Values = {}  # what Jacobi's slaves show at their next hit
+        self.last: tuple[Values, Fraction] | None = None  # FMU outputs one step ago, and its length
+        self.reaching = {i for i in range(len(nodes)) if self._reaches(i)}
+
+    def run(self, count: int) -> np.ndarray:
+        """Return all signals at count + 1 ticks, in the order of nodes and ports."""
+        self._initialise()
+        rows = []
+        for k in range(count + 1):
+            values = self._outputs(k)
+            rows.append([values[i, p] for i, n in enumerate(self.nodes) for p in range(n.ports)])
+            if k < count:
+                self._step(k, values)
+                self._update(k, values)
+        return np.array(rows)
+
+    # Start
+
+    @staticmethod
+    def _start(node: Node) -> Any:
+        if node.kind == "fmu":
+            return np.array(node.p["x"], dtype=float)
+        return node.p.get("x", 0.0)
+
+    def _initialise(self) -> None:
+        """Find the first outputs: FMUs that feed through take part in the order."""
+        values: Values = {}
+        later = [i for i, node in enumerate(self.nodes) if self._feeds_through(node, initial=True)]
+        for i in (j for j in range(len(self.nodes)) if j not in later):
+            self._put(values, i, self._alone(i, Fraction(0), values))
+        for i in later:
+            u = [values[s] for s in self.nodes[i].inputs]
+            if self.nodes[i].kind == "fmu":
+                self._put(values, i, self._shows(i, self.x[i], np.array(u)))
+            else:
+                self._put(values, i, self._apply(i, u)[0])
+        self.shown = {(i, p): v for (i, p), v in values.items() if self.nodes[i].kind == "fmu"}
+        self.computed = {s: v for s, v in values.items() if self._is_slave(s[0])}
+
+    def _feeds_through(self, node: Node, *, initial: bool = False) -> bool:
+        if node.kind == "fmu":
+            return initial and bool(np.any(node.p["d"]))
+        return node.kind in CONTINUOUS + SAMPLED or self._is_short(node)
+
+    def _is_short(self, node: Node) -> bool:
+        """Return whether a delay needs its present input."""
+        return node.kind == "delay" and (
+            node.p["time"] == 0 or (node.p["time"] < self.h and not node.p["hold"])
+        )
+
+    def _is_slave(self, i: int) -> bool:
+        return self.scheme.kind == "jacobi" and self.nodes[i].kind in CONTINUOUS + SAMPLED
+
+    def _put(self, values: Values, i: int, outputs: Any) -> None:
+        for p, value in enumerate(np.atleast_1d(outputs)):
+            values[i, p] = float(value)
+
+    # One node
+
+    def _alone(self, i: int, t: Fraction, values: Values, *, before: bool = False) -> Any:
+        """Return outputs of a node without feedthrough; `before` a jump at t, if it has one."""
+        node, p = self.nodes[i], self.nodes[i].p
+        if node.kind == "fmu":
+            if (i, 0) in self.shown:
+                return [self.shown[i, 0], self.shown[i, 1]]
+            return self._shows(i, self.x[i], np.zeros(len(node.inputs)))
+        if node.kind == "leak":
+            return self.x[i]
+        return (
+            self._delayed(i, t, before) if node.kind == "delay" else self._source(node.kind, p, t)
+        )
+
+    @staticmethod
+    def _source(kind: str, p: dict[str, Any], t: Fraction) -> float:
+        match kind:
+            case "step":
+                return p["to"] if t >= p["at"] else p["before"]
+            case "pulse":
+                return p["height"] if p["at"] <= t < p["at"] + p["width"] else p["base"]
+            case "ramp":
+                return p["initial"] + p["slope"] * float(max(t - p["at"], Fraction(0)))
+            case _:
+                return p["value"]
+
+    def _delayed(self, i: int, t: Fraction, before: bool) -> float:
+        p, samples = self.nodes[i].p, self.samples[i]
+        place = (t - p["time"]) / self.h
+        if place < 0 or (before and place == 0):
+            return p["initial"]
+        whole = place.numerator // place.denominator
+        part = float(place - whole)
+        if p["hold"] or not part:
+            return samples[whole]
+        return samples[whole] + part * (samples[whole + 1] - samples[whole])
+
+    def _apply(self, i: int, u: Sequence[float]) -> tuple[float, Any]:
+        """Return output and next state of a node with feedthrough."""
+        p, x = self.nodes[i].p, self.x[i]
+        match self.nodes[i].kind:
+            case "gain":
+                return p["k"] * u[0], x
+            case "sum":
+                return sum(s * v for s, v in zip(p["signs"], u, strict=True)), x
+            case "saturation":
+                return min(max(u[0], p["low"]), p["high"]), x
+            case "hold":
+                return u[0], x
+            case "delay":
+                if not p["time"]:
+                    return u[0], x
+                if not self.samples[i]:
+                    return p["initial"], x
+                part = float(p["time"] / self.h)
+                return u[0] + part * (self.samples[i][-1] - u[0]), x
+            case _:
+                y = p["share"] * x + (1.0 - p["share"]) * u[0]
+                return y, y
+
+    def _shows(self, i: int, x: np.ndarray, u: np.ndarray) -> np.ndarray:
+        p = self.nodes[i].p
+        return p["c"] @ x + p["d"] @ u
+
+    # Output phase
+
+    def _outputs(self, k: int) -> Values:
+        t = k * self.h
+        values: Values = {}
+        for i, node in enumerate(self.nodes):
+            if not self._feeds_through(node):
+                at_hit = node.kind != "leak" or k % node.every == 0
+                self._put(values, i, self._alone(i, t, values) if at_hit else self.held[i, 0])
+        for i, node in enumerate(self.nodes):
+            if self._feeds_through(node):
+                if self._is_slave(i):
+                    values[i, 0] = self.computed[i, 0] if k % node.every == 0 else self.held[i, 0]
+                elif k % node.every == 0:
+                    values[i, 0] = self._apply(i, [values[s] for s in node.inputs])[0]
+                else:
+                    values[i, 0] = self.held[i, 0]
+        self.held = values
+        for i in self.samples:
+            self.samples[i].append(values[self.nodes[i].inputs[0]])
+        return values
+
+    def _update(self, k: int, values: Values) -> None:
+        for i, node in enumerate(self.nodes):
+            if k % node.every:
+                continue
+            u = [values[s] for s in node.inputs]
+            if self._feeds_through(node):
+                y, self.x[i] = self._apply(i, u)
+                if self._is_slave(i):
+                    self.computed[i, 0] = y
+            elif node.kind == "leak":
+                self.x[i] = node.p["share"] * self.x[i] + u[0]
+
+    # FMUs
+
+    def _reaches(self, i: int) -> bool:
+        """Return whether an FMU of every tick reads a node, through continuous blocks if any."""
+        return any(
+            any(source[0] == i for source in node.inputs)
+            and (
+                node.is_fast
+                or (node.kind in CONTINUOUS and not self._is_slave(j) and self._reaches(j))
+            )
+            for j, node in enumerate(self.nodes)
+        )
+
+    def _jumps(self, k: int) -> list[Fraction]:
+        """Return the times strictly inside tick k at which something jumps that an FMU reads."""
+        begin, end = k * self.h, (k + 1) * self.h
+        found: set[Fraction] = set()
+        for i in self.reaching:
+            node, p = self.nodes[i], self.nodes[i].p
+            if node.kind == "step":
+                found.add(p["at"])
+            elif node.kind == "pulse":
+                found |= {p["at"], p["at"] + p["width"]}
+            elif node.kind == "delay" and (p["time"] / self.h).denominator > 1:
+                found.add(p["time"])  # the history's end
+                u = self.samples[i]
+                if p["hold"]:
+                    found |= {j * self.h + p["time"] for j in range(1, len(u)) if u[j] != u[j - 1]}
+        return sorted(t for t in found if begin < t < end)
+
+    def _step(self, k: int, values: Values) -> None:
+        places = [k * self.h, *self._jumps(k), (k + 1) * self.h]
+        self._slow_hits(k, values)
+        at_tick = self._fast_outputs()
+        for n, (a, b) in enumerate(pairwise(places)):
+            if n:
+                values = self._anew(a, values)
+            before = self._fast_outputs()
+            self._over(a, b, values)
+            self.last = before, b - a
+        self.last = at_tick, self.h  # (y_k − y_{k−1}) / h, wherever tick k was divided
+        for i, node in enumerate(self.nodes):
+            if node.kind == "fmu" and node.every > 1 and (k + 1) % node.every == 0:
+                u = self.taken[i]
+                span = float(node.every * self.h)
+                self.x[i] = linear_step(
+                    node.p["a"], node.p["b"], self.x[i], u, np.zeros(len(u)), span
+                )
+                self._put(self.shown, i, self._shows(i, self.x[i], u))
+
+    def _fast_outputs(self) -> Values:
+        return {s: v for s, v in self.shown.items() if s[0] in self.fast}
+
+    def _slow_hits(self, k: int, values: Values) -> None:
+        for i, node in enumerate(self.nodes):
+            if node.kind == "fmu" and node.every > 1 and k % node.every == 0:
+                self.taken[i] = np.array([values[s] for s in node.inputs])
+
+    def _anew(self, t: Fraction, values: Values) -> Values:
+        """Return the signals at a jump inside a tick: what is sampled stays."""
+        values = dict(values)
+        for i, node in enumerate(self.nodes):
+            alone = node.kind in SOURCES or (node.kind == "delay" and not self._is_short(node))
+            if node.is_fast or alone:
+                self._put(values, i, self._alone(i, t, values))
+        return self._carried(values, t)
+
+    def _carried(self, values: Values, t: Fraction | None = None) -> Values:
+        """Return signals with the continuous blocks computed from the others.
+
+        Delays that need their present input take part at a jump at time t.
+        """
+        values = dict(values)
+        for i, node in enumerate(self.nodes):
+            u = [values[s] for s in node.inputs]
+            if node.kind in CONTINUOUS and not self._is_slave(i):
+                values[i, 0] = self._apply(i, u)[0]
+            elif t is not None and self._is_short(node):
+                values[i, 0] = self._short(i, t, u[0])
+        return values
+
+    def _short(self, i: int, t: Fraction, u: float) -> float:
+        """Return the output of a delay below the step: on the line from the last sample to u."""
+        last = t / self.h
+        last = (last.numerator // last.denominator) * self.h
+        if t - self.nodes[i].p["time"] <= last:
+            return self._delayed(i, t, before=False)
+        part = float((t - self.nodes[i].p["time"] - last) / (t - last))
+        return self.samples[i][-1] + part * (u - self.samples[i][-1])
+
+    def _over(self, a: Fraction, b: Fraction, values: Values) -> None:
+        """Step the FMUs of every tick from a to b, the signals at a given."""
+        match self.scheme.kind:
+            case "gauss_seidel":
+                known: Values = {}
+                for i in self.scheme.order or self.fast:
+                    begin, end = self._lines(a, b, values, known)
+                    x, y = self._fmu(i, begin, end, b - a)
+                    self.x[i] = x
+                    for p in range(2):
+                        known[i, p] = float(y[p])
+            case "iterated":
+                known = self._agreed(a, b, values)
+                begin, end = self._lines(a, b, values, known)
+                for i in self.fast:
+                    self.x[i] = self._fmu(i, begin, end, b - a)[0]
+            case _:
+                begin, end = self._lines(a, b, values, {})
+                known = {}
+                for i in self.fast:
+                    self.x[i], y = self._fmu(i, begin, end, b - a)
+                    known |= {(i, p): float(y[p]) for p in range(2)}
+        self.shown |= known
+
+    def _lines(
+        self, a: Fraction, b: Fraction, values: Values, known: Values
+    ) -> tuple[Values, Values]:
+        """Return where the signals' lines over the step begin and end.
+
+        `known` are FMU outputs at b.
+        """
+        if self.scheme.extrapolation == 0:
+            held = self._carried(values | known)
+            return held, held
+        ahead = dict(values)
+        for i, node in enumerate(self.nodes):
+            if node.is_fast and self.last is not None:
+                for p in range(2):
+                    rate = (values[i, p] - self.last[0][i, p]) / float(self.last[1])
+                    ahead[i, p] = values[i, p] + rate * float(b - a)
+            elif node.kind == "ramp" or (
+                node.kind == "delay" and not node.p["hold"] and not self._is_short(node)
+            ):
+                self._put(ahead, i, self._alone(i, b, values, before=True))
+        return values, self._carried(ahead | known)
+
+    def _fmu(
+        self, i: int, begin: Values, end: Values, span: Fraction
+    ) -> tuple[np.ndarray, np.ndarray]:
+        node, h = self.nodes[i], float(span)
+        u = np.array([begin[s] for s in node.inputs])
+        goal = np.array([end[s] for s in node.inputs])
+        x = linear_step(node.p["a"], node.p["b"], self.x[i], u, (goal - u) / h, h)
+        return x, self._shows(i, x, goal)
+
+    def _agreed(self, a: Fraction, b: Fraction, values: Values) -> Values:
+        """Return the FMU outputs at b with which the step gives just these."""
+        signals = [(i, p) for i in self.fast for p in range(2)]
+        if not signals:
+            return {}
+
+        def results(z: np.ndarray) -> np.ndarray:
+            begin, end = self._lines(a, b, values, dict(zip(signals, z.tolist(), strict=True)))
+            return np.concatenate([self._fmu(i, begin, end, b - a)[1] for i in self.fast])
+
+        z = np.array([values[s] for s in signals])
+        for _ in range(30):
+            base = results(z) - z
+            if np.abs(base).max() < 1e-14:
+                break
+            step = 1e-3
+            slopes = np.array([(results(z + step * e) - z - step * e - base) / step
+                               for e in np.eye(len(z))]).T  # fmt: skip
+            z = z - np.linalg.solve(slopes, base)
+        return dict(zip(signals, z.tolist(), strict=True))
