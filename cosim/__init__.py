@@ -30,10 +30,10 @@ if TYPE_CHECKING:
     from .blocks.variable_delay import VariableDelay
     from .checkpoint import Checkpoint
     from .diagram import Diagram
-    from .observer import Observer
-    from .pacing import Pace
-    from .recording import Recording
-    from .result import Run, SimulationError
+    from .results.observer import Observer
+    from .results.pacing import Pace
+    from .results.recording import Recording
+    from .results.result import Run, SimulationError
     from .scenario import Bias, DropOut, Freeze, Override, Scenario, SetDelay, SetParameter
     from .simulation import Simulation
 
@@ -55,20 +55,20 @@ _HOME = {
     "Jacobi": "algorithms",
     "Newton": "algorithms",
     "Noise": "blocks.noise",
-    "Observer": "observer",
+    "Observer": "results.observer",
     "Override": "scenario",
-    "Pace": "pacing",
+    "Pace": "results.pacing",
     "Profile": "blocks.profile",
     "Pulse": "blocks.pulse",
     "Ramp": "blocks.ramp",
-    "Recording": "recording",
-    "Run": "result",
+    "Recording": "results.recording",
+    "Run": "results.result",
     "Saturation": "blocks.saturation",
     "Scenario": "scenario",
     "SetDelay": "scenario",
     "SetParameter": "scenario",
     "Simulation": "simulation",
-    "SimulationError": "result",
+    "SimulationError": "results.result",
     "Step": "blocks.step",
     "StepDoubling": "algorithms",
     "Sum": "blocks.sum",

@@ -18,9 +18,9 @@ from .blocks.fmu import Fmu
 from .encoding import decoded, encoded
 
 if TYPE_CHECKING:
-    from .fmu_instance import FmuInstance
+    from .fmu.instance import FmuInstance
     from .plan import Plan
-    from .schedule import Schedule
+    from .schedule.schedule import Schedule
 
 _FORMAT = 1
 

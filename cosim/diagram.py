@@ -16,11 +16,11 @@ if TYPE_CHECKING:
 
     from .algorithms import Master
     from .checkpoint import Checkpoint
-    from .observer import Observer
-    from .pacing import Pace
     from .plan import Plan
-    from .recording import Recording
-    from .result import Run
+    from .results.observer import Observer
+    from .results.pacing import Pace
+    from .results.recording import Recording
+    from .results.result import Run
     from .scenario import Scenario
     from .simulation import Simulation
 
@@ -263,7 +263,7 @@ class Diagram:
         LinearisationError for a block that jumps or bends just there, or a cut that passes several
         values in a dt, DiagramError for a wrong port or time.
         """
-        from .linearise import linearise
+        from .linear.linearise import linearise
 
         return linearise(self, at, inputs=inputs, outputs=outputs, open_at=open_at, start=start)
 

@@ -7,9 +7,9 @@ from fractions import Fraction
 from ..base.errors import ParameterError
 from .algorithms import Master
 from .checkpoint import Checkpoint
-from .observer import Observer
-from .pacing import Pace
-from .recording import Recording
+from .results.observer import Observer
+from .results.pacing import Pace
+from .results.recording import Recording
 from .scenario import Scenario
 
 

@@ -10,10 +10,10 @@ from .algorithms import Master
 from .blocks.fmu import Fmu
 from .clock import rational
 from .diagram import Diagram
-from .fault_wiring import faulty_plan
 from .plan import Plan, make_plan
 from .scenario import Scenario
 from .scenario.fault import FaultBlock
+from .scenario.wiring import faulty_plan
 
 
 class Phases:

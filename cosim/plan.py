@@ -7,14 +7,14 @@ from fractions import Fraction
 from typing import Any
 
 from ..base.errors import AlgebraicLoopError, DiagramError, listing
-from .algebraic import check_guess
 from .algorithms import Jacobi, Master, TwoPhase
 from .block import Block
 from .blocks.delay import Delay
 from .blocks.fmu import Fmu
 from .clock import Clock, rational
+from .coupling.algebraic import check_guess
+from .coupling.network import Network, make_network
 from .diagram import Diagram, Port
-from .network import Network, make_network
 from .order import loop_chain, ordered
 
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 from ..base.errors import DiagramError
 from .clock import Clock, rational
 from .options import Options
-from .result import Run
+from .results.result import Run
 from .simulation import Simulation
 
 if TYPE_CHECKING:

@@ -13,20 +13,20 @@ from .algorithms import TwoPhase
 from .blocks.fmu import Fmu
 from .checkpoint import Checkpoint
 from .clock import rational
+from .coupling.initialise import Initialisation, NotFiniteError
 from .diagram import Diagram
-from .engine import Engine, choose_engine
-from .fmu_instance import FmuInstance
-from .generate import generate
-from .initialise import Initialisation, NotFiniteError
-from .operations import Record
+from .engine.choice import Engine, choose_engine
+from .engine.generate import generate
+from .engine.places import ObserverError, Place, message, no_number, not_finite
+from .fmu.instance import FmuInstance
 from .options import Options
-from .pacing import Pacer
 from .phases import Phases
-from .places import ObserverError, Place, message, no_number, not_finite
 from .plan import Plan
-from .recording import Recorder, Recording
-from .result import Run, SimulationError
-from .schedule import make_schedule
+from .results.pacing import Pacer
+from .results.recording import Recorder, Recording
+from .results.result import Run, SimulationError
+from .schedule.operations import Record
+from .schedule.schedule import make_schedule
 from .watching import StopRunError, observer_call, wait_call
 
 _CHUNK_SECONDS = 0.1  # between two looks at the clock, the progress bar and the signals

@@ -2,11 +2,11 @@
 
 from typing import Any
 
-from .observer import Observer
-from .operations import Call
-from .pacing import Pacer
-from .places import ObserverError
+from .engine.places import ObserverError
 from .plan import Plan
+from .results.observer import Observer
+from .results.pacing import Pacer
+from .schedule.operations import Call
 
 
 class StopRunError(Exception):

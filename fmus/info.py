@@ -5,7 +5,7 @@ import zipfile
 from collections.abc import Sequence
 from pathlib import Path
 
-from ..cosim.fmu_file import read_description, unit_of
+from ..cosim.fmu.file import read_description, unit_of
 
 _CAPABILITIES = (
     "canHandleVariableCommunicationStepSize",

@@ -10,8 +10,8 @@ from typing import Any
 from ..base.errors import FileError, FmuError
 from ..cosim import Constant, Diagram, Fmu, Profile, Run, SimulationError
 from ..cosim.clock import rational
-from ..cosim.fmu_file import number_of, read_description, start_of
-from ..cosim.result import check_target
+from ..cosim.fmu.file import number_of, read_description, start_of
+from ..cosim.results.result import check_target
 from .tables import read_table
 
 

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ..base.errors import FileError
-from ..cosim.result import Run
+from ..cosim.results.result import Run
 
 if TYPE_CHECKING:
     from .case import Case
@@ -159,7 +159,7 @@ def _write_json(path: Path, content: Any) -> None:
 
 def _guids(case: "Case") -> dict[str, str]:
     from ..cosim import Fmu
-    from ..cosim.fmu_file import read_description
+    from ..cosim.fmu.file import read_description
 
     found = [block for block in case.diagram.blocks.values() if isinstance(block, Fmu)]
     return {fmu.path.name: read_description(fmu.path).guid for fmu in found}

@@ -9,7 +9,7 @@ from fmpy import extract, read_model_description
 from fmpy.fmi1 import FMICallException
 from fmpy.fmi2 import FMU2Slave
 
-from railcosim.cosim.fmu_log import _logs, callbacks
+from railcosim.cosim.fmu.log import _logs, callbacks
 
 _numbers = count(10**9)
 

@@ -9,8 +9,8 @@ from typing import Any, Self
 from ...base.errors import FmuError, ParameterError, UnitError, listing, suggest
 from ...base.units import parse
 from ..block import Block, Ports, require_positive
-from ..fmu_calls import TYPES
-from ..fmu_file import (
+from ..fmu.calls import TYPES
+from ..fmu.file import (
     binary_of,
     direct_inputs,
     number_of,
@@ -18,7 +18,7 @@ from ..fmu_file import (
     start_of,
     unit_of,
 )
-from ..fmu_instance import FmuInstance
+from ..fmu.instance import FmuInstance
 
 
 class Fmu(Block):

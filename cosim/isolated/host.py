@@ -48,14 +48,10 @@ def _import_fmpy() -> None:
 
 def _adopt(path: Path, folder: str) -> None:
     """Use the parent's folder with the FMU's files; it also removes it."""
-    from .. import fmu_file
+    from ..fmu.file import adopt, read_description
 
-    class Folder:
-        name = folder
-
-    stat = path.stat()
-    fmu_file._folders[path, stat.st_mtime_ns, stat.st_size] = Folder()  # pyright: ignore
-    fmu_file.read_description(path)
+    adopt(path, folder)
+    read_description(path)
 
 
 def _private_pipes() -> Pipes:

@@ -4,9 +4,9 @@ from collections import deque
 from collections.abc import Callable
 from typing import Any
 
-from .. import fmu_log
-from ..fmu_calls import Call
-from ..fmu_instance import FmuInstance
+from ..fmu import log as fmu_log
+from ..fmu.calls import Call
+from ..fmu.instance import FmuInstance
 from .page import Page, marking
 
 

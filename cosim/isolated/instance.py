@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any, NoReturn
 
 from ...base import errors
 from ...base.errors import FmuError
-from ..fmu_calls import CONVERSIONS, TYPES
-from ..fmu_file import LOADING, binary_of, extracted, read_description
+from ..fmu.calls import CONVERSIONS, TYPES
+from ..fmu.file import LOADING, binary_of, extracted, read_description
 from . import messages as m
 from .process import LostError, Process
 

@@ -7,7 +7,7 @@ from ...base.errors import DiagramError, ParameterError, listing, suggest
 from ..block import Block
 from ..blocks.delay import Delay
 from ..blocks.fmu import Fmu
-from ..fmu_file import read_description
+from ..fmu.file import read_description
 from .bias import Bias
 from .change import Fault
 from .drop_out import DropOut

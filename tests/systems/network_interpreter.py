@@ -53,10 +53,12 @@ class Scheme:
 
 
 class Interpreter:
-    """One run of a network with a base step h (s)."""
+    """One run of a network with a base step h (s) from t0 (s) on."""
 
-    def __init__(self, nodes: Sequence[Node], h: Fraction, scheme: Scheme) -> None:
-        self.nodes, self.h, self.scheme = nodes, h, scheme
+    def __init__(
+        self, nodes: Sequence[Node], h: Fraction, scheme: Scheme, t0: Fraction = Fraction(0)
+    ) -> None:
+        self.nodes, self.h, self.scheme, self.t0 = nodes, h, scheme, t0
         self.fast = [i for i, node in enumerate(nodes) if node.is_fast]
         self.x = {i: self._start(node) for i, node in enumerate(nodes)}
         self.samples: dict[int, list[float]] = {
@@ -80,6 +82,9 @@ class Interpreter:
                 self._update(k, values)
         return np.array(rows)
 
+    def _time(self, k: int) -> Fraction:
+        return self.t0 + k * self.h
+
     # Start
 
     @staticmethod
@@ -93,7 +98,7 @@ class Interpreter:
         values: Values = {}
         later = [i for i, node in enumerate(self.nodes) if self._feeds_through(node, initial=True)]
         for i in (j for j in range(len(self.nodes)) if j not in later):
-            self._put(values, i, self._alone(i, Fraction(0), values))
+            self._put(values, i, self._alone(i, self.t0, values))
         for i in later:
             u = [values[s] for s in self.nodes[i].inputs]
             if self.nodes[i].kind == "fmu":
@@ -150,13 +155,13 @@ class Interpreter:
 
     def _delayed(self, i: int, t: Fraction, before: bool) -> float:
         p, samples = self.nodes[i].p, self.samples[i]
-        place = (t - p["time"]) / self.h
+        place = (t - p["time"] - self.t0) / self.h
         if place < 0 or (before and place == 0):
             return p["initial"]
         whole = place.numerator // place.denominator
         part = float(place - whole)
-        if p["hold"] or not part:
-            return samples[whole]
+        if p["hold"] or not part or whole + 1 == len(samples):
+            return samples[whole]  # a delay samples at ticks: behind the last sample it holds
         return samples[whole] + part * (samples[whole + 1] - samples[whole])
 
     def _apply(self, i: int, u: Sequence[float]) -> tuple[float, Any]:
@@ -164,23 +169,25 @@ class Interpreter:
         p, x = self.nodes[i].p, self.x[i]
         match self.nodes[i].kind:
             case "gain":
-                return p["k"] * u[0], x
+                y = p["k"] * u[0]
             case "sum":
-                return sum(s * v for s, v in zip(p["signs"], u, strict=True)), x
+                y = sum(s * v for s, v in zip(p["signs"], u, strict=True))
             case "saturation":
-                return min(max(u[0], p["low"]), p["high"]), x
-            case "hold":
-                return u[0], x
+                y = min(max(u[0], p["low"]), p["high"])
             case "delay":
-                if not p["time"]:
-                    return u[0], x
-                if not self.samples[i]:
-                    return p["initial"], x
-                part = float(p["time"] / self.h)
-                return u[0] + part * (self.samples[i][-1] - u[0]), x
+                y = self._short(i, u[0])
+            case "low_pass":
+                y = x = p["share"] * x + (1.0 - p["share"]) * u[0]
             case _:
-                y = p["share"] * x + (1.0 - p["share"]) * u[0]
-                return y, y
+                y = u[0]
+        return y, x
+
+    def _short(self, i: int, u: float) -> float:
+        """Return the output at a tick of a delay below the step."""
+        part = float(self.nodes[i].p["time"] / self.h)
+        if part and not self.samples[i]:
+            return self.nodes[i].p["initial"]
+        return u + part * (self.samples[i][-1] - u) if part else u
 
     def _shows(self, i: int, x: np.ndarray, u: np.ndarray) -> np.ndarray:
         p = self.nodes[i].p
@@ -189,7 +196,7 @@ class Interpreter:
     # Output phase
 
     def _outputs(self, k: int) -> Values:
-        t = k * self.h
+        t = self._time(k)
         values: Values = {}
         for i, node in enumerate(self.nodes):
             if not self._feeds_through(node):
@@ -235,7 +242,7 @@ class Interpreter:
 
     def _jumps(self, k: int) -> list[Fraction]:
         """Return the times strictly inside tick k at which something jumps that an FMU reads."""
-        begin, end = k * self.h, (k + 1) * self.h
+        begin, end = self._time(k), self._time(k + 1)
         found: set[Fraction] = set()
         for i in self.reaching:
             node, p = self.nodes[i], self.nodes[i].p
@@ -244,14 +251,15 @@ class Interpreter:
             elif node.kind == "pulse":
                 found |= {p["at"], p["at"] + p["width"]}
             elif node.kind == "delay" and (p["time"] / self.h).denominator > 1:
-                found.add(p["time"])  # the history's end
+                found.add(self.t0 + p["time"])  # the history's end
                 u = self.samples[i]
                 if p["hold"]:
-                    found |= {j * self.h + p["time"] for j in range(1, len(u)) if u[j] != u[j - 1]}
+                    edges = (j for j in range(1, len(u)) if u[j] != u[j - 1])
+                    found |= {self._time(j) + p["time"] for j in edges}
         return sorted(t for t in found if begin < t < end)
 
     def _step(self, k: int, values: Values) -> None:
-        places = [k * self.h, *self._jumps(k), (k + 1) * self.h]
+        places = [self._time(k), *self._jumps(k), self._time(k + 1)]
         self._slow_hits(k, values)
         at_tick = self._fast_outputs()
         for n, (a, b) in enumerate(pairwise(places)):
@@ -282,33 +290,17 @@ class Interpreter:
         """Return the signals at a jump inside a tick: what is sampled stays."""
         values = dict(values)
         for i, node in enumerate(self.nodes):
-            alone = node.kind in SOURCES or (node.kind == "delay" and not self._is_short(node))
-            if node.is_fast or alone:
+            if node.is_fast or node.kind in SOURCES or node.kind == "delay":
                 self._put(values, i, self._alone(i, t, values))
-        return self._carried(values, t)
+        return self._carried(values)
 
-    def _carried(self, values: Values, t: Fraction | None = None) -> Values:
-        """Return signals with the continuous blocks computed from the others.
-
-        Delays that need their present input take part at a jump at time t.
-        """
+    def _carried(self, values: Values) -> Values:
+        """Return signals with the continuous blocks computed from the others."""
         values = dict(values)
         for i, node in enumerate(self.nodes):
-            u = [values[s] for s in node.inputs]
             if node.kind in CONTINUOUS and not self._is_slave(i):
-                values[i, 0] = self._apply(i, u)[0]
-            elif t is not None and self._is_short(node):
-                values[i, 0] = self._short(i, t, u[0])
+                values[i, 0] = self._apply(i, [values[s] for s in node.inputs])[0]
         return values
-
-    def _short(self, i: int, t: Fraction, u: float) -> float:
-        """Return the output of a delay below the step: on the line from the last sample to u."""
-        last = t / self.h
-        last = (last.numerator // last.denominator) * self.h
-        if t - self.nodes[i].p["time"] <= last:
-            return self._delayed(i, t, before=False)
-        part = float((t - self.nodes[i].p["time"] - last) / (t - last))
-        return self.samples[i][-1] + part * (u - self.samples[i][-1])
 
     def _over(self, a: Fraction, b: Fraction, values: Values) -> None:
         """Step the FMUs of every tick from a to b, the signals at a given."""

@@ -405,3 +405,19 @@ def test_random_linear_loops(seed: int) -> None:
     assert found == pytest.approx(exact, abs=1e-9 * max(1.0, np.abs(exact).max()))
     mixed = diagram.run(1.0, algorithm=TwoPhase(loops=Newton()), engine="python")
     assert same(mixed, run)
+
+
+def test_under_jacobi_a_loop_is_one_only_at_the_start() -> None:
+    """Slaves are late by a step: e = r − g, g = 3 e become e_{k+1} = r_k − g_k, g_{k+1} = 3 e_k."""
+    blocks = {"r": Step(at=0.3, to=2.0, before=1.0), "error": Sum("+-"), "gain": Gain(3.0)}
+    wires = ("r.y error.u1", "gain.y error.u2", "error.y gain.u")
+    diagram = wired(Diagram("loop", step=0.1), blocks, *wires)
+    with pytest.raises(AlgebraicLoopError):
+        diagram.run(1.0, algorithm=Jacobi())
+    run = diagram.run(0.8, algorithm=Jacobi(loops=Newton()))
+    e, g = [0.25, 0.25], [0.75, 0.75]
+    for k in range(1, 8):
+        r = 1.0 if k < 3 else 2.0
+        e, g = [*e, r - g[-1]], [*g, 3.0 * e[-1]]
+    assert run["error.y"] == pytest.approx(e, abs=1e-8)
+    assert run["gain.y"] == pytest.approx(g, abs=1e-8)

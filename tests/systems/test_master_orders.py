@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 
 from railcosim import Diagram, Fmu, Gain, Run, Sum
+from railcosim.base.errors import DiagramError
 from railcosim.cosim.algorithms import GaussSeidel, Iterated, Jacobi, Newton, TwoPhase
 from railcosim.fmus import build
 from tests import coupled_plants
@@ -123,3 +124,25 @@ def test_the_coupling_as_blocks_is_three_hits_late_under_jacobi() -> None:
     stretch, rate = run["two.x"] - run["one.x"], run["two.v"] - run["one.v"]
     assert run["force.y"][3:] == pytest.approx((100.0 * stretch + rate)[:-3], abs=1e-12)
     assert run["force.y"][0] == -100.0
+
+
+def test_gauss_seidel_steps_first_what_feeds_nothing_through() -> None:
+    """By default; whatever the order in which the FMUs were added."""
+    turned = Diagram("turned", step=0.01)
+    for name, block in reversed(oscillator(0.01).blocks.items()):
+        turned.add(name, block)
+    for target, source in oscillator(0.01).connections.items():
+        turned.connect(str(source), str(target))
+    run = turned.run(0.1, algorithm=GaussSeidel())
+    assert list(run.info["order"]) == ["one", "two"]
+    other = turned.run(0.1, algorithm=GaussSeidel(order=("two", "one")))
+    assert list(other.info["order"]) == ["two", "one"]
+    assert np.abs(states(run) - states(other)).max() > 1e-3
+
+
+@pytest.mark.parametrize(
+    ("order", "named"), [(("one",), "two"), (("one", "two", "tow"), "tow"), (("one", "one"), "one")]
+)
+def test_a_wrong_order_is_refused_by_name(order, named: str) -> None:
+    with pytest.raises(DiagramError, match=named):
+        oscillator(0.01).run(0.1, algorithm=GaussSeidel(order=order))

@@ -257,10 +257,11 @@ def compare(seed: int, kind: str, p: int, *, events: bool, short: bool = False) 
     nodes = maker.network()
     fast = [i for i, node in enumerate(nodes) if node.is_fast]
     order = [int(i) for i in maker.rng.permutation(fast)]
-    expected = Interpreter(nodes, maker.h, Scheme(kind, p, order)).run(COUNT)
+    t0 = maker.h * int(maker.rng.choice([0, 0, 7, -9]))
+    expected = Interpreter(nodes, maker.h, Scheme(kind, p, order), t0).run(COUNT)
     algorithm: Any = FIRM[kind](p, tuple(f"n{i}" for i in order))
     made = diagram(nodes, maker.h)
-    found = made.run(COUNT * maker.h, algorithm=algorithm)
+    found = made.run(t0 + COUNT * maker.h, start=t0, algorithm=algorithm)
     signals = [f"n{i}.{port}" for i in range(len(nodes)) for port in made.blocks[f"n{i}"].outputs]
     rows = np.column_stack([found[name] for name in signals])
     assert rows.shape == expected.shape
@@ -341,14 +342,21 @@ def test_step_size_control_comes_to_the_repeated_steps_solution(seed: int) -> No
     assert array(loose) == pytest.approx(array(other), abs=1e-3 * size)
 
 
+@pytest.mark.parametrize(("kind", "p"), EVERY)
+@pytest.mark.parametrize("seed", range(400, 404))
+def test_with_delays_below_a_step(seed: int, kind: str, p: int) -> None:
+    compare(seed, kind, p, events=seed % 2 == 1, short=True)
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("events", [False, True])
+@pytest.mark.parametrize("short", [False, True])
 @pytest.mark.parametrize(("kind", "p"), EVERY)
-def test_many(kind: str, p: int, events: bool) -> None:
+def test_many(kind: str, p: int, events: bool, short: bool) -> None:
     failures = []
-    for seed in range(1000, 1150):
+    for seed in range(1000, 1100):
         try:
-            compare(seed, kind, p, events=events)
+            compare(seed, kind, p, events=events, short=short)
         except AssertionError as error:
             failures.append(str(error))
     assert not failures, "\n".join(failures[:10])

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from railcosim import Block, Constant, Diagram, Noise
-from railcosim.cosim.linear_block import LinearisationError
+from railcosim.cosim.linear.block import LinearisationError
 
 
 def linear(diagram: Diagram, at: float, **options: Any) -> Any:

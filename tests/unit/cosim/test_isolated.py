@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 
 from railcosim.base.errors import FmuError
-from railcosim.cosim.fmu_instance import FmuInstance
+from railcosim.cosim.fmu.instance import FmuInstance
 from railcosim.cosim.isolated import IsolatedInstance, process, waiting
 from tests.foreign import ALL, STATE, foreign_fmu
 from tests.foreign.faults import FUNCTIONS, Fault, Phase, faulty_fmu

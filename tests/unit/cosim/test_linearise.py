@@ -28,9 +28,9 @@ from railcosim import (
 )
 from railcosim.base.errors import DiagramError, FmuError
 from railcosim.controllers import PID
-from railcosim.cosim.linear_block import LinearBlock, LinearisationError
-from railcosim.cosim.linear_wiring import wire
-from railcosim.cosim.linearise import _System
+from railcosim.cosim.linear.block import LinearBlock, LinearisationError
+from railcosim.cosim.linear.linearise import _System
+from railcosim.cosim.linear.wiring import wire
 from railcosim.fmus import build
 from railcosim.models import Plant
 from tests import hybrid_plants, plants

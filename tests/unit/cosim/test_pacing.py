@@ -8,7 +8,7 @@ import pytest
 
 from railcosim.base.errors import ParameterError
 from railcosim.cosim.clock import Clock
-from railcosim.cosim.pacing import Pace, Pacer, PacingReport
+from railcosim.cosim.results.pacing import Pace, Pacer, PacingReport
 
 
 @dataclass

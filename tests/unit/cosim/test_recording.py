@@ -15,10 +15,10 @@ import pytest
 from railcosim import Run
 from railcosim.base.errors import DiagramError, FileError, ParameterError, RailcosimError
 from railcosim.cosim.clock import Clock, rational
-from railcosim.cosim.observer import Observer
-from railcosim.cosim.pacing import PacingReport
-from railcosim.cosim.recording import Recorder, Recording
-from railcosim.cosim.samples import Times
+from railcosim.cosim.results.observer import Observer
+from railcosim.cosim.results.pacing import PacingReport
+from railcosim.cosim.results.recording import Recorder, Recording
+from railcosim.cosim.results.samples import Times
 
 TENTH = Clock(Fraction(1, 10))
 SIGNALS = ("a.y", "a.n", "b.y")
@@ -118,8 +118,8 @@ def test_rows_that_are_not_kept_are_overwritten(target: Any) -> None:
 
 def test_chunks_and_row_groups_do_not_matter(target: Any, monkeypatch: pytest.MonkeyPatch) -> None:
     """Also where a buffer is larger than what is written at once."""
-    monkeypatch.setattr("railcosim.cosim.recording.VALUES_AT_ONCE", 30)
-    monkeypatch.setattr("railcosim.cosim.recording._BLOCK", 30)
+    monkeypatch.setattr("railcosim.cosim.results.recording.VALUES_AT_ONCE", 30)
+    monkeypatch.setattr("railcosim.cosim.results.recording._BLOCK", 30)
     for chunk in (1, 7, 10, 25):
         arguments, known = target
         made = recorder(100 if known else None, Recording(**arguments))
@@ -241,7 +241,7 @@ def test_a_new_file_takes_the_place_of_an_old_one_when_it_is_complete(tmp_path: 
 
 @pytest.mark.parametrize("suffix", ["parquet", "csv"])
 def test_a_disk_that_is_full(suffix: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("railcosim.cosim.recording.VALUES_AT_ONCE", 9)
+    monkeypatch.setattr("railcosim.cosim.results.recording.VALUES_AT_ONCE", 9)
     made = recorder(100, Recording(to=tmp_path / f"a.{suffix}"))
     drive(made, 0, 3)
 
@@ -370,7 +370,7 @@ import resource, sys
 from fractions import Fraction
 import numpy as np
 from railcosim.cosim.clock import Clock
-from railcosim.cosim.recording import Recorder, Recording
+from railcosim.cosim.results.recording import Recorder, Recording
 
 ticks, path = int(sys.argv[1]), sys.argv[2]
 columns = [f"a.y{i}" for i in range(4)]

@@ -9,7 +9,7 @@ import pytest
 
 from railcosim import Constant, Diagram, Ramp, Run
 from railcosim.base.errors import FileError, ParameterError
-from railcosim.cosim.pacing import LateTick, PacingReport
+from railcosim.cosim.results.pacing import LateTick, PacingReport
 
 
 @pytest.fixture

@@ -3,7 +3,6 @@
 import math
 import re
 import tomllib
-from collections.abc import Mapping
 from dataclasses import dataclass
 from fractions import Fraction
 from pathlib import Path
@@ -246,11 +245,8 @@ class Switch(Block):
 
     size: int = 2
     outputs = {"on": "1", "count": "1"}
+    types = {"on": "bool", "count": "int64"}
     feedthrough = False
-
-    @property
-    def types(self) -> Mapping[str, str]:
-        return {"on": "bool", "count": "int64"}
 
     def start(self) -> tuple[float, ...]:
         return (0.0,) * self.size

@@ -1,0 +1,351 @@
+"""A schedule as a table for the compiled stepper: what the generated Python says, in structures."""
+
+import ctypes
+import linecache
+import struct
+from collections.abc import Callable, Sequence
+from functools import lru_cache, singledispatchmethod
+from math import gcd
+from types import MethodType
+from typing import Any
+
+from ..engine.generate import used_times
+from ..schedule.operations import (
+    Advance,
+    Announce,
+    Branch,
+    Call,
+    Due,
+    Edge,
+    Input,
+    Keep,
+    Line,
+    Move,
+    Operation,
+    Past,
+    Read,
+    Record,
+    Registers,
+)
+from ..schedule.schedule import Schedule
+from . import structures as s
+from .library import EngineError
+
+# As in stepper.c: kinds of operations, of an input's conversion and of an FMU's call.
+(CALL, READ, ADVANCE, PAST, KEEP, MOVE, LINE, ANNOUNCE, BRANCH, JUMP, RECORD) = range(11)
+_CONVERSIONS = {None: 0, round: 1, bool: 2}
+_DO_STEP, _TRANSFER, _TRANSFER_SLOPES = range(3)
+_TIMES = {"t": 1, "tm": 2, "t1": 4}
+_FIRST = ("k", "t", "tm", "t1")  # the first registers
+_EXACT = 2**53  # whole numbers up to here are doubles
+
+
+class Table:
+    """The table of one schedule. Calls `before` begin a tick, calls `after` follow its row.
+
+    `nodes` has for each operation the block that it belongs to, and `record` is the place of that
+    which records. Raise EngineError for a schedule that the stepper cannot carry out.
+    """
+
+    def __init__(
+        self, schedule: Schedule, record: Record, before: Sequence[Call], after: Sequence[Call]
+    ) -> None:
+        self.living = schedule.registers
+        self.nodes: list[str | None] = []
+        self.width, self.every = len(record.registers), record.every
+        self._a, self._b, self._q = _reduced(schedule.plan.clock.integers)
+        self._registers = {name: i for i, name in enumerate((*_FIRST, *schedule.registers))}
+        self._operations: list[Any] = []
+        self._kept: list[Any] = []  # what the structures point to
+        self._depth = 2  # of the arguments' stack
+        self._add_all((*before, *schedule.outputs))
+        self.record = len(self._operations)
+        self._add_all((record, *after, *schedule.updates))
+        used = used_times((*before, *schedule.outputs, *after, *schedule.updates))
+        self.registers = len(self._registers)
+        self.stack = self._depth + 1
+        self.address = self._address(
+            s.Table(
+                self._a,
+                self._b,
+                self._q,
+                sum(_TIMES[name] for name in used),
+                len(self._operations),
+                self._array(s.Operation, self._operations),
+                self.registers,
+                len(self.living),
+                len(_FIRST),
+                self._object(_pause),
+            )
+        )
+
+    def reaches(self, end: int) -> bool:
+        """Whether the times up to tick `end` come out exactly as Python divides them."""
+        return abs(self._a) + (end + 1) * self._b <= _EXACT
+
+    # What the structures point to must stay where it is.
+
+    def _address(self, one: Any) -> int:
+        self._kept.append(one)
+        return ctypes.addressof(one)
+
+    def _array(self, kind: Any, values: Sequence[Any]) -> int | None:
+        return self._address((kind * len(values))(*values)) if values else None
+
+    def _object(self, one: Any) -> int:
+        self._kept.append(one)
+        return id(one)
+
+    def _method(self, function: Callable[..., Any]) -> tuple[int, int | None]:
+        """Return a function and what it is bound to: calling that is faster than a method."""
+        if type(function) is MethodType:
+            return self._object(function.__func__), self._object(function.__self__)
+        return self._object(function), None
+
+    def _register(self, name: str) -> int:
+        return self._registers.setdefault(name, len(self._registers))
+
+    # Operations
+
+    def _add_all(self, operations: Sequence[Operation]) -> None:
+        for operation in operations:
+            self._add(operation)
+
+    def _put(self, kind: int, operation: Any, what: Any) -> Any:
+        """Add an operation and return it."""
+        self.nodes.append(getattr(operation, "node", None))
+        every = getattr(operation, "every", 1)
+        address = None if what is None else self._address(what)
+        self._operations.append(s.Operation(kind, 0, every, address))
+        return self._operations[-1]
+
+    @singledispatchmethod
+    def _add(self, operation: Any) -> None:
+        raise EngineError(f"the compiled stepper does not know {operation!r}")
+
+    @_add.register
+    def _(self, operation: Call) -> None:
+        function, bound = self._method(operation.function)
+        tuples: list[int] = []
+        self._tuple(operation.arguments, tuples)
+        self._depth = max(self._depth, len(operation.arguments) + 1)
+        results = unpack = 0
+        if operation.results is not None:
+            results = self._entry(operation.results, tuples)
+            if results < 0:
+                unpack = self._object(_unpacker(operation.results))
+        what = s.Call(
+            function,
+            bound,
+            self._array(ctypes.c_int, tuples),
+            results,
+            operation.results is not None,
+            unpack,
+        )
+        self._put(CALL, operation, what)
+
+    def _entry(self, one: Any, tuples: list[int]) -> int:
+        """Return a register's number, or −1 − where the entries of a tuple stand."""
+        return self._register(one) if isinstance(one, str) else -1 - self._tuple(one, tuples)
+
+    def _tuple(self, registers: Registers, tuples: list[int]) -> int:
+        place = len(tuples)
+        tuples += [len(registers), *[0] * len(registers)]
+        for i, one in enumerate(registers):
+            tuples[place + 1 + i] = self._entry(one, tuples)
+        return place
+
+    @_add.register
+    def _(self, operation: Read) -> None:
+        slots = [
+            s.Slot(self._register(register), _is_whole(array), self._item(array, index))
+            for register, array, index in operation.values
+        ]
+        self._put(READ, operation, s.Read(len(slots), self._array(s.Slot, slots)))
+
+    def _item(self, array: Any, index: int) -> int:
+        """Return the address of an array's item."""
+        if not 0 <= index < len(array):
+            raise EngineError(f"the compiled stepper finds no item {index} in {array!r}")
+        self._kept.append(array)
+        return ctypes.addressof(array) + index * ctypes.sizeof(array._type_)
+
+    @_add.register
+    def _(self, operation: Advance) -> None:
+        instance = operation.instance
+        self._kept.append(instance)
+        sloped = instance.takes_slopes and any(u.ahead for u in operation.inputs)
+        slots = zip(operation.inputs, instance.input_slots, instance.slope_slots, strict=True)
+        inputs = [
+            self._input(u, *slot, instance.slope_values if sloped else None, place)
+            for u, slot, place in slots
+        ]
+        calls, method = [], (None, None)
+        if instance.steps_inline:
+            slopes = instance.slope_puts if sloped else []
+            prepared = (*instance.puts, *slopes, instance.step, *instance.gets)
+            calls = [self._fmu_call(*call) for call in prepared]
+        else:
+            method = self._method(instance.advance_sloped if sloped else instance.advance)
+        what = s.Advance(
+            len(inputs),
+            len(calls),
+            not instance.is_ours,
+            self._array(s.Input, inputs),
+            self._array(s.FmuCall, calls),
+            operation.span,
+            self._object(operation.span),
+            self._object(0.5),
+            self._object(instance.fail) if instance.steps_inline else None,
+            *method,
+        )
+        self._put(ADVANCE, operation, what)
+
+    def _input(
+        self, u: Input, array: Any, index: int, convert: Any, slopes: Any, place: int | None
+    ) -> Any:
+        if convert not in _CONVERSIONS or _is_whole(array) != (convert is not None):
+            raise EngineError(f"the compiled stepper knows no inputs that go through {convert!r}")
+        slope = (False, None, None, 0)
+        if slopes is not None and place is not None:
+            slope = (True, self._item(slopes, place), self._object(slopes), place)
+        return s.Input(
+            self._register(u.value),
+            -1 if u.ahead is None else self._register(u.ahead),
+            _CONVERSIONS[convert],
+            slope[0],
+            self._item(array, index),
+            self._object(array),
+            None if convert is None else self._object(convert),
+            index,
+            *slope[1:],
+        )
+
+    def _fmu_call(self, function: Any, arguments: tuple[Any, ...], name: str) -> Any:
+        self._kept.append((function, arguments))
+        component, *others = arguments
+        call = s.FmuCall(
+            function=ctypes.cast(function, ctypes.c_void_p),
+            component=component,
+            name=self._object(name),
+            at_end=name.startswith("fmi2Get"),
+        )
+        if name == "fmi2DoStep":
+            _, _, flag = others
+            call.kind, call.flag = _DO_STEP, flag
+            return call
+        references, size, *orders, values = others
+        call.kind = _TRANSFER_SLOPES if orders else _TRANSFER
+        call.references, call.size = ctypes.addressof(references._obj), size
+        call.orders = ctypes.addressof(orders[0]._obj) if orders else None
+        call.values = ctypes.addressof(values._obj)
+        return call
+
+    @_add.register
+    def _(self, operation: Past) -> None:
+        o = operation
+        what = s.Past(
+            self._register(o.result),
+            self._register(o.ring),
+            self._register(o.newest),
+            self._register("t1" if o.ahead else "t"),
+            o.length,
+            o.whole,
+            o.ahead,
+            o.first - o.ahead,
+            o.part,
+            o.time,
+            self._object(o.part),
+            self._object(o.initial),
+            self._object(o.initial) if callable(o.initial) else None,
+        )
+        self._put(PAST, operation, what)
+
+    @_add.register
+    def _(self, operation: Keep) -> None:
+        ring, source = self._register(operation.ring), self._register(operation.source)
+        self._put(KEEP, operation, s.Keep(ring, source, operation.length))
+
+    @_add.register
+    def _(self, operation: Move) -> None:
+        result, source = self._register(operation.result), self._register(operation.source)
+        self._put(MOVE, operation, s.Move(result, source))
+
+    @_add.register
+    def _(self, operation: Line) -> None:
+        names = (operation.result, operation.start, operation.end)
+        self._put(LINE, operation, s.Line(*map(self._register, names), self._object(2.0)))
+
+    @_add.register
+    def _(self, operation: Announce) -> None:
+        event, state = self._register(operation.event), self._register(operation.state)
+        what = s.Announce(event, state, *self._method(operation.function))
+        self._put(ANNOUNCE, operation, what)
+
+    @_add.register
+    def _(self, operation: Branch) -> None:
+        tests = self._array(s.Test, [self._test(test) for test in operation.tests])
+        branch = self._put(BRANCH, operation, s.Branch(len(operation.tests), tests))
+        self._add(operation.call)
+        jump = self._put(JUMP, operation, None)
+        branch.next = len(self._operations)
+        self._add_all(operation.otherwise)
+        jump.next = len(self._operations)
+
+    def _test(self, test: Due | Edge) -> Any:
+        if isinstance(test, Due):
+            return s.Test(event=self._register(test.event))
+        ring = self._register(test.ring)
+        return s.Test(-1, ring, test.always, test.length, test.whole, test.first)
+
+    @_add.register
+    def _(self, operation: Record) -> None:
+        registers = [self._register(name) for name in operation.registers]
+        array = self._array(ctypes.c_int, registers)
+        what = s.Record(len(registers), array, self._object(struct.Struct("d").pack))
+        self._put(RECORD, operation, what)
+
+
+def _pause() -> None:
+    """Do nothing: Python looks after threads and signals when a function begins."""
+
+
+def _reduced(integers: tuple[int, int, int]) -> tuple[int, int, int]:
+    """Return (a, b, q) in lowest terms; raise EngineError if doubles cannot hold them."""
+    divisor = gcd(*integers)
+    a, b, q = (n // divisor for n in integers)
+    if max(abs(a), b, q) > _EXACT:
+        raise EngineError(
+            f"start + k · step = ({a} + k · {b}) / {q} has numbers above 2^53, which doubles round"
+        )
+    return a, b, q
+
+
+def _is_whole(array: Any) -> bool:
+    if not isinstance(array, ctypes.Array) or array._type_ not in (ctypes.c_double, ctypes.c_int):
+        raise EngineError(f"the compiled stepper does not know FMU variables in {array!r}")
+    return array._type_ is ctypes.c_int
+
+
+def _target(results: Registers) -> str:
+    inner = ", ".join(r if isinstance(r, str) else _target(r) for r in results)
+    return f"({inner},)" if results else "()"
+
+
+def _names(results: Registers) -> list[str]:
+    return [n for r in results for n in ([r] if isinstance(r, str) else _names(r))]
+
+
+@lru_cache(maxsize=256)
+def _unpacker(results: Registers) -> Callable[[Any], tuple[Any, ...]]:
+    """Return the function that takes a block's result apart as a Python statement does.
+
+    If that fails nothing is stored, as with a statement whose first target is the nested tuple.
+    """
+    target, flat = _target(results), ", ".join(_names(results))
+    text = f"def unpack(result):\n    {target} = result\n    return ({flat},)\n"
+    filename = f"<railcosim results {target}>"
+    linecache.cache[filename] = (len(text), None, text.splitlines(keepends=True), filename)
+    names: dict[str, Any] = {}
+    exec(compile(text, filename, "exec"), names)
+    return names["unpack"]

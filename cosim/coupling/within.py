@@ -1,0 +1,142 @@
+"""The signals within a tick: at a place between t_k and t_{k+1}, and ahead, at a step's end.
+
+Places are exact parts of the tick, from 0 to 1; nothing accumulates.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import Any
+
+from ..blocks.delay import Delay
+from ..plan import Node, Plan
+from ..schedule.delays import delayed_within, jump_within
+from .loop_solver import BlockError
+
+Place = Fraction
+Signals = list[Any]
+
+
+@dataclass(frozen=True)
+class Last:
+    """FMU outputs `span` (parts of a tick) before the present ones."""
+
+    span: Fraction
+    values: Mapping[int, float]
+
+
+@dataclass(frozen=True)
+class Tick:
+    """A tick that is being stepped through: its number and the states of blocks between FMUs."""
+
+    plan: Plan
+    k: int
+    states: Mapping[int, Any]
+
+    def time(self, place: Place) -> float:
+        """Return the time (s) of a place."""
+        clock = self.plan.clock
+        return float(clock.start + (self.k + place) * clock.step)
+
+    def span(self, a: Place, b: Place) -> float:
+        """Return the time (s) between two places."""
+        return float((b - a) * self.plan.clock.step)
+
+    def jumps(self) -> list[Place]:
+        """Return the places of events inside the tick, in order."""
+        found: set[Place] = set()
+        clock = self.plan.clock
+        for i in self.plan.network.events:
+            node, state = self.plan.nodes[i], self.states[i]
+            if isinstance(node.block, Delay):
+                place = jump_within(node, state, self.k, clock.step)
+                found |= set() if place is None else {place}
+                continue
+            t, end = self.time(Place(0)), self.time(Place(1))
+            while (t := _next_event(node, state, t)) < end:
+                found.add(clock.place(t) - self.k)
+        return sorted(place for place in found if 0 < place < 1)
+
+    def at(self, place: Place, y: Signals) -> Signals:
+        """Return the signals at a place, y holding the FMUs' outputs there."""
+        y = list(y)
+        t = self.time(place)
+        for i in self.plan.network.between:
+            node, state = self.plan.nodes[i], self.states[i]
+            if isinstance(node.block, Delay):
+                y[node.outputs[0]] = delayed_within(node, state, self.k, place, self.plan.clock)
+            else:
+                _write(node, evaluate(node, state, t, y), y)
+        return y
+
+    def ahead(self, a: Place, b: Place, y: Signals, last: Last | None) -> dict[int, Any]:
+        """Return extrapolations to b of what is known about signals at a; see `ahead`."""
+        found: dict[int, Any] = {}
+        if last is not None:
+            ratio = float((b - a) / last.span)
+            found |= {j: y[j] + ratio * (y[j] - p) for j, p in last.values.items()}
+        clock = self.plan.clock
+        for i in self.plan.network.between:
+            node, state = self.plan.nodes[i], self.states[i]
+            if not node.continuous:
+                continue
+            if isinstance(node.block, Delay):
+                if node.block.split(clock.step)[0]:
+                    value = delayed_within(node, state, self.k, b, clock, before=True)
+                    found[node.outputs[0]] = value
+            elif not node.inputs:
+                middle: dict[int, Any] = {}
+                _write(node, evaluate(node, state, self.time((a + b) / 2), y), middle)
+                found |= {j: y[j] + 2.0 * (v - y[j]) for j, v in middle.items()}
+        self.carry(b, y, found, set(found))
+        return found
+
+    def carry(self, b: Place, y: Signals, ahead: dict[int, Any], changed: set[int]) -> None:
+        """Bring into `ahead` what continuous blocks make of the signals that changed."""
+        t = self.time(b)
+        for i in self.plan.network.between:
+            node = self.plan.nodes[i]
+            if isinstance(node.block, Delay) or changed.isdisjoint(node.inputs):
+                continue
+            seen = _Ahead(y, ahead)
+            _write(node, evaluate(node, self.states[i], t, seen), ahead)
+            changed |= set(node.outputs)
+
+
+@dataclass(frozen=True)
+class _Ahead:
+    """Signals ahead where they are known, else the present ones."""
+
+    y: Signals
+    ahead: Mapping[int, Any]
+
+    def __getitem__(self, j: int) -> Any:
+        return self.ahead[j] if j in self.ahead else self.y[j]
+
+
+def evaluate(node: Node, state: Any, t: float, signals: Any) -> Any:
+    """Return the outputs of a block between FMUs at time t (s)."""
+    block = node.block
+    time = (t,) if block.timed else ()
+    try:
+        if node.inputs and block.feedthrough:
+            return block.step(state, *time, *(signals[j] for j in node.inputs))[0]
+        return block.output(state, *time)
+    except Exception as error:
+        raise BlockError(node.name) from error
+
+
+def _write(node: Node, result: Any, into: Any) -> None:
+    results: Sequence[Any] = result if len(node.outputs) > 1 else (result,)
+    for j, value in zip(node.outputs, results, strict=True):
+        into[j] = value
+
+
+def _next_event(node: Node, state: Any, t: float) -> float:
+    try:
+        found = node.block.next_event(state, t)
+        if not found > t:
+            raise ValueError(f"next_event({t!r}) returned {found!r}, which does not lie after it")
+    except Exception as error:
+        raise BlockError(node.name) from error
+    return found

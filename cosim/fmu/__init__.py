@@ -1,0 +1,1 @@
+"""FMUs: files, instances, prepared calls, logs."""
