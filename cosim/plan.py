@@ -95,13 +95,16 @@ def make_plan(
     }
     needs = {name: {signals[i].block for i in node.direct} for name, node in nodes.items()}
     groups = ordered(needs)
-    if algorithm.loops is None and not isinstance(algorithm, Jacobi):
+    if algorithm.loops is None:
         for group in groups:
             if _is_loop(group, needs):
-                raise AlgebraicLoopError(_loop_message(diagram, nodes, signals))
+                raise AlgebraicLoopError(_loop_message(diagram, nodes, signals, algorithm))
     in_order = [nodes[name] for group in groups for name in group]
     units = {str(port): unit for port in signals if (unit := diagram.unit(port)) is not None}
-    check_guess(algorithm.loops, [str(s) for s in signals])
+    loops = _loops(groups, needs)
+    unknown = {j for loop in loops for i in loop for j in in_order[i].outputs}
+    unknown |= {j for node in in_order if isinstance(node.block, Fmu) for j in node.outputs}
+    check_guess(algorithm.loops, [str(signals[j]) for j in sorted(unknown)])
     return Plan(
         name=diagram.name,
         clock=clock,
@@ -110,7 +113,7 @@ def make_plan(
         signals=tuple(str(s) for s in signals),
         units=units,
         types={f"{n}.{p}": kind for n, b in blocks.items() for p, kind in b.types.items()},
-        loops=_loops(groups, needs),
+        loops=loops,
         network=make_network(in_order, algorithm),
     )
 
@@ -161,15 +164,19 @@ def _require_driven(diagram: Diagram) -> None:
         raise DiagramError(f"'{diagram.name}' has no blocks")
 
 
-def _loop_message(diagram: Diagram, nodes: dict[str, Node], signals: list[Any]) -> str:
+def _loop_message(
+    diagram: Diagram, nodes: dict[str, Node], signals: list[Any], algorithm: Master
+) -> str:
     direct = {name: {str(signals[i]) for i in node.direct} for name, node in nodes.items()}
     arrows = [
         (source.block, target.block, f"{source} → {target}")
         for target, source in diagram.connections.items()
         if str(source) in direct[target.block]
     ]
+    # Slaves break a loop from the first step on, but not for what they show before it.
+    when = " at the start" if isinstance(algorithm, Jacobi) else ""
     return (
-        f"'{diagram.name}' has an algebraic loop: {', '.join(loop_chain(arrows))}; put a block "
-        "without direct feedthrough into it, such as a Delay of one step or more, or have it "
-        f"solved: algorithm=TwoPhase(loops=Newton())"
+        f"'{diagram.name}' has an algebraic loop{when}: {', '.join(loop_chain(arrows))}; put a "
+        "block without direct feedthrough into it, such as a Delay of one step or more, or have it "
+        f"solved: algorithm={type(algorithm).__name__}(loops=Newton())"
     )

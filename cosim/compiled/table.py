@@ -96,7 +96,7 @@ class Table:
         self._kept.append(one)
         return id(one)
 
-    def _method(self, function: Callable[..., Any]) -> tuple[int, int | None]:
+    def _method(self, function: Any) -> tuple[int, int | None]:
         """Return a function and what it is bound to: calling that is faster than a method."""
         if type(function) is MethodType:
             return self._object(function.__func__), self._object(function.__self__)
@@ -176,14 +176,12 @@ class Table:
         self._kept.append(instance)
         sloped = instance.takes_slopes and any(u.ahead for u in operation.inputs)
         slots = zip(operation.inputs, instance.input_slots, instance.slope_slots, strict=True)
-        inputs = [
-            self._input(u, *slot, instance.slope_values if sloped else None, place)
-            for u, slot, place in slots
-        ]
+        slopes = instance.slope_values if sloped else None
+        inputs = [self._input(u, slot, slopes, place) for u, slot, place in slots]
         calls, method = [], (None, None)
         if instance.steps_inline:
-            slopes = instance.slope_puts if sloped else []
-            prepared = (*instance.puts, *slopes, instance.step, *instance.gets)
+            slope_puts = instance.slope_puts if sloped else []
+            prepared = (*instance.puts, *slope_puts, instance.step, *instance.gets)
             calls = [self._fmu_call(*call) for call in prepared]
         else:
             method = self._method(instance.advance_sloped if sloped else instance.advance)
@@ -201,9 +199,8 @@ class Table:
         )
         self._put(ADVANCE, operation, what)
 
-    def _input(
-        self, u: Input, array: Any, index: int, convert: Any, slopes: Any, place: int | None
-    ) -> Any:
+    def _input(self, u: Input, slot: Any, slopes: Any, place: int | None) -> Any:
+        array, index, convert = slot
         if convert not in _CONVERSIONS or _is_whole(array) != (convert is not None):
             raise EngineError(f"the compiled stepper knows no inputs that go through {convert!r}")
         slope = (False, None, None, 0)

@@ -21,19 +21,32 @@ def solve(
     *,
     names: Sequence[str],
     where: str,
+    begins: bool,
     slopes: Map | None = None,
 ) -> np.ndarray:
     """Return z with |g(z) − z| ≤ tolerance · max(1, |z|); the last call of g was with that z.
 
     `slopes` returns the Jacobian of g (default: differences). `names` and `where` are for
-    ConvergenceError, raised when there is no such z after the solver's iterations.
+    ConvergenceError, raised when there is no such z after the solver's iterations; `begins` says
+    whether the start values were a guess and no earlier solution.
     """
+    with np.errstate(all="ignore"):  # what runs away is told at the end
+        z, residual = _iterated(g, start, solver, slopes)
+        if _size(residual, z, solver) <= 1.0:
+            return z
+    raise ConvergenceError(_message(z, residual, solver, names, where, begins))
+
+
+def _iterated(
+    g: Map, start: np.ndarray, solver: Solver, slopes: Map | None
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return the last z and its residual."""
     z = np.array(start, dtype=float)
     residual = _residual(g, z)
     jacobian: np.ndarray | None = None
     for _ in range(solver.iterations):
         if _size(residual, z, solver) <= 1.0:
-            return z
+            break
         if isinstance(solver, FixedPoint):
             z = z + solver.relaxation * residual
             residual = _residual(g, z)
@@ -50,9 +63,7 @@ def solve(
         z, residual = _damped(g, z, move, before, solver)
         if not _size(residual, z, solver) <= _FRESH * before:
             jacobian = None
-    if _size(residual, z, solver) <= 1.0:
-        return z
-    raise ConvergenceError(_message(z, residual, solver, names, where))
+    return z, residual
 
 
 def _residual(g: Map, z: np.ndarray) -> np.ndarray:
@@ -107,30 +118,32 @@ def _damped(
 
 
 def _message(
-    z: np.ndarray, residual: np.ndarray, solver: Solver, names: Sequence[str], where: str
+    z: np.ndarray,
+    residual: np.ndarray,
+    solver: Solver,
+    names: Sequence[str],
+    where: str,
+    begins: bool,
 ) -> str:
-    shown = [
-        f"{n} = {v:.6g} (residual {r:.2g})" for n, v, r in zip(names, z, residual, strict=True)
-    ]
-    kind = type(solver).__name__
-    remedy = (
-        "give a start value by guess, or use Newton()"
-        if isinstance(solver, FixedPoint)
-        else "give a start value by guess"
+    triples = zip(names, z, residual, strict=True)
+    shown = [f"{n} = {v:.6g} (residual {r:.2g})" for n, v, r in triples]
+    remedies = ["use Newton()"] if isinstance(solver, FixedPoint) else []
+    remedies.append(
+        "give a start value by guess" if begins else "take a smaller step or a larger tolerance"
     )
     return (
-        f"{where}: {kind} does not converge in {solver.iterations} iterations to a tolerance of "
-        f"{solver.tolerance:g}: {listing(shown, 6)}; {remedy}"
+        f"{where}: {type(solver).__name__} does not converge in {solver.iterations} iterations to "
+        f"a tolerance of {solver.tolerance:g}: {listing(shown, 6)}; {' or '.join(remedies)}"
     )
 
 
 def check_guess(solver: Solver | None, signals: Sequence[str]) -> None:
-    """Raise DiagramError for a guess of a signal that does not exist."""
+    """Raise DiagramError for a guess of a signal that is not among those that may be unknown."""
     for name in solver.guess if solver is not None else ():
         if name not in signals:
             raise DiagramError(
-                f"guess: there is no signal '{name}'; signals: {listing(signals)}"
-                f"{suggest(name, signals)}"
+                f"guess: '{name}' is no signal to be solved for; those in algebraic loops and FMU "
+                f"outputs are: {listing(signals)}{suggest(name, signals)}"
             )
 
 

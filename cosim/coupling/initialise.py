@@ -82,7 +82,7 @@ class Initialisation:
         if getattr(solver, "derivatives", "") == "directional":
             slopes = self._directional(unknown)
         where = f"initial equations of {', '.join(self.plan.nodes[i].name for i in self.fmus)}"
-        solve(around, start, solver, names=names, where=where, slopes=slopes)
+        solve(around, start, solver, names=names, where=where, begins=True, slopes=slopes)
 
     def finish(self) -> None:
         """Leave initialization mode; raise ValueError for an output that is not finite."""

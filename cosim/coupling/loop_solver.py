@@ -8,7 +8,7 @@ import numpy as np
 from ...base.errors import RailcosimError
 from ..algorithms import Solver
 from ..blocks.delay import Delay
-from ..plan import Plan
+from ..plan import Node, Plan
 from ..schedule.delays import delayed
 from .algebraic import solve, start_values
 
@@ -32,9 +32,16 @@ class LoopSolver:
         self.plan, self.solver = plan, solver
         self.nodes = [plan.nodes[i] for i in loop]
         self.inside = [j for node in self.nodes for j in node.outputs]
+        # A guess is for an unknown: such blocks come last, so that others read before they give.
+        guessed = [i for i, node in enumerate(self.nodes) if self._is_guessed(node)]
+        others = [i for i in range(len(self.nodes)) if i not in guessed]
+        self._sequence = (*others, *guessed)
         read = dict.fromkeys(j for node in self.nodes for j in node.inputs)
         self.outside = [j for j in read if j not in self.inside]
         self._current = ""
+
+    def _is_guessed(self, node: Node) -> bool:
+        return any(self.plan.signals[j] in self.solver.guess for j in node.outputs)
 
     def solve(self, k: int, *values: Any) -> tuple[Any, ...]:
         """Return (states, signals inside) of tick k, from states, signals outside and inside.
@@ -64,7 +71,14 @@ class LoopSolver:
                 f"algebraic loop of {', '.join(node.name for node in self.nodes)} at t = {t:.9g} s"
             )
             try:
-                solve(around, np.array(guess), self.solver, names=names, where=where)
+                solve(
+                    around,
+                    np.array(guess),
+                    self.solver,
+                    names=names,
+                    where=where,
+                    begins=not k,
+                )
             except (ArithmeticError, ValueError) as error:
                 raise BlockError(self._current) from error
         after, trial = found
@@ -87,9 +101,10 @@ class LoopSolver:
     ) -> list[Any]:
         """Evaluate the blocks in order, writing signals into `trial`; return the states."""
         after = list(states)
-        for i, (node, hit) in enumerate(zip(self.nodes, hits, strict=True)):
-            if not hit:
+        for i in self._sequence:
+            if not hits[i]:
                 continue
+            node = self.nodes[i]
             block = node.block
             inputs = [trial[j] for j in node.inputs]
             if isinstance(block, Delay):

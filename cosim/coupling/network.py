@@ -123,6 +123,9 @@ def _gauss_seidel(
                 f"{listing(by_name)}{suggest(name, by_name)}"
             )
     if sorted(algorithm.order) != sorted(by_name):
-        missing = [n for n in by_name if n not in algorithm.order] or "one is named twice"
-        raise DiagramError(f"GaussSeidel order must name each FMU once: {missing} besides")
+        missing = [name for name in by_name if name not in algorithm.order]
+        twice = [n for n in dict.fromkeys(algorithm.order) if algorithm.order.count(n) > 1]
+        wrong = [f"{listing(missing)} missing"] if missing else []
+        wrong += [f"{listing(twice)} named twice"] if twice else []
+        raise DiagramError(f"GaussSeidel order must name each FMU once: {' and '.join(wrong)}")
     return [by_name[name] for name in algorithm.order]

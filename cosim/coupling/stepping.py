@@ -176,7 +176,7 @@ class Repeated:
         if isinstance(solver, Newton) and solver.derivatives == "directional":
             slopes = _directional(self.fmus, circle, unknown, tick, b, y, ahead)
         where = f"coupling of {blocks} at t = {tick.time(b):.9g} s"
-        solve(around, start, solver, names=names, where=where, slopes=slopes)
+        solve(around, start, solver, names=names, where=where, begins=False, slopes=slopes)
         return outputs
 
 
