@@ -108,7 +108,7 @@ class Jacobi(Algorithm):
 
     What such a block computes from its inputs at t_k shows at its next hit: one more step of delay
     than `TwoPhase` has, as in masters that know slaves only (libcosim, Ecos). Blocks without
-    feedthrough, sources and delays are as in `TwoPhase`, and so are diagrams of FMUs alone.
+    feedthrough, sources and `Delay` are as in `TwoPhase`, and so are diagrams of FMUs alone.
     """
 
 

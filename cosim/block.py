@@ -43,6 +43,9 @@ class Block:
     feedthrough: bool = True
     direct: tuple[str, ...] = ()  # inputs that output() takes, of a block without feedthrough
     timed: bool = False
+    # A piece of wire between ports, not a block of its own: no slave under Jacobi, and within a
+    # step what it was at the step's start.
+    is_wire: bool = False
     # The output is a continuous signal: a function of time and inputs that is not sampled and held
     # from one hit to the next. Without a state, it is evaluated within a step too.
     continuous: Any = False

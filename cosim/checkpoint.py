@@ -20,6 +20,7 @@ from .encoding import decoded, encoded
 if TYPE_CHECKING:
     from .fmu.instance import FmuInstance
     from .plan import Plan
+    from .scenario import Scenario
     from .schedule.schedule import Schedule
 
 _FORMAT = 1
@@ -29,8 +30,8 @@ _FORMAT = 1
 class Checkpoint:
     """A simulation's state; made by Simulation.checkpoint, taken by Diagram.run(resume=…).
 
-    It belongs to one diagram: same blocks, connections, base step, start and algorithm, and FMUs
-    of the same GUID. Parameters of Python blocks are not part of it, those of FMUs are.
+    It belongs to one diagram: same blocks, connections, base step, start, algorithm, scenario, and
+    FMUs of the same GUID and values. Parameters of Python blocks are not part of it.
     """
 
     tick: int
@@ -45,6 +46,7 @@ class Checkpoint:
         cls,
         tick: int,
         plan: "Plan",
+        scenario: "Scenario",
         schedule: "Schedule",
         values: Sequence[Any],
         instances: Mapping[str, "FmuInstance"],
@@ -62,15 +64,15 @@ class Checkpoint:
         return cls(
             tick,
             plan.clock.time(tick),
-            identity(plan),
+            identity(plan, scenario),
             found,
             {name: _saved(instance) for name, instance in instances.items()},
             {name: instance.outputs() for name, instance in instances.items()},
         )
 
-    def require(self, plan: "Plan") -> None:
+    def require(self, plan: "Plan", scenario: "Scenario") -> None:
         """Raise CheckpointError, naming the first difference, if this is of another diagram."""
-        wanted, have = dict(self.belongs), identity(plan)
+        wanted, have = dict(self.belongs), identity(plan, scenario)
         for what in have:
             if wanted.get(what) != have[what]:
                 raise CheckpointError(
@@ -145,13 +147,14 @@ class Checkpoint:
             raise FileError(f"{path} is no checkpoint, or is damaged: {error}") from error
 
 
-def identity(plan: "Plan") -> dict[str, Any]:
+def identity(plan: "Plan", scenario: "Scenario") -> dict[str, Any]:
     """Return what makes a plan this one: its structure, not its blocks' parameters."""
     found: dict[str, Any] = {
         "the name": plan.name,
         "the base step (s)": str(plan.clock.step),
         "the start (s)": str(plan.clock.start),
         "the algorithm": repr(plan.algorithm),
+        "the scenario": repr(scenario.changes),
         "the list of blocks": sorted(node.name for node in plan.nodes),
     }
     for node in plan.nodes:
@@ -162,6 +165,7 @@ def identity(plan: "Plan") -> dict[str, Any]:
         found[f"the period of '{node.name}' (steps)"] = node.ticks
         if isinstance(block, Fmu):
             found[f"the GUID of '{node.name}'"] = block.guid
+            found[f"the values given to '{node.name}'"] = repr(block.values)
         elif isinstance(block, Delay):
             found[f"the samples kept by '{node.name}'"] = str(Fraction(node.ring))
     return found

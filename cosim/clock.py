@@ -5,18 +5,26 @@ A time or step is taken for the decimal (or simple fraction) that its float stan
 and nothing accumulates.
 """
 
+import math
 from dataclasses import dataclass
 from fractions import Fraction
+from numbers import Real
 
 from ..base.errors import DiagramError
 
 _SIMPLE = 1_000_000
 
 
+def is_time(value: object) -> bool:
+    """Return whether a value is a finite time: a number of any kind, but no truth value."""
+    return isinstance(value, Real) and not isinstance(value, bool) and math.isfinite(value)
+
+
 def rational(seconds: float | Fraction) -> Fraction:
     """Return the simple fraction that a float stands for, else its shortest decimal."""
     if isinstance(seconds, Fraction):
         return seconds
+    seconds = float(seconds)
     simple = Fraction(seconds).limit_denominator(_SIMPLE)
     return simple if float(simple) == seconds else Fraction(repr(float(seconds)))
 

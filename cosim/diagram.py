@@ -303,14 +303,24 @@ class Diagram:
 def _check_block(name: str, block: Block) -> None:
     """Raise DiagramError or ParameterError for a block that does not keep the protocol."""
     for ports, kind in ((block.inputs, "inputs"), (block.outputs, "outputs")):
-        named = isinstance(ports, Mapping) and all(isinstance(p, str) and p for p in ports)
+        named = isinstance(ports, Mapping) and all(
+            isinstance(p, str) and p and isinstance(unit, str | None) for p, unit in ports.items()
+        )
         if not named:
             raise DiagramError(f"block '{name}': {kind} must map port names to units (or None)")
     if block.period is not None:
         require_positive(block, "period")
+    for port in block.direct:
+        if port not in block.inputs:
+            raise DiagramError(
+                f"block '{name}': direct names '{port}', which is no input; inputs: "
+                f"{listing(block.inputs)}{suggest(port, block.inputs)}"
+            )
     needed = ["step"] if block.feedthrough and block.inputs else []
     if not block.feedthrough and block.outputs:
         needed = ["output"]
+    if not block.feedthrough and block.inputs:
+        needed.append("update")
     for method in () if block.run_by_engine else needed:
         if getattr(type(block), method) is getattr(Block, method):
             raise DiagramError(f"block '{name}': {type(block).__name__} must define {method}()")

@@ -4,9 +4,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 
-from ..base.errors import ParameterError
+from ..base.errors import DiagramError, ParameterError
 from .algorithms import Master
 from .checkpoint import Checkpoint
+from .clock import is_time
 from .results.observer import Observer
 from .results.pacing import Pace
 from .results.recording import Recording
@@ -27,8 +28,12 @@ class Options:
     resume: Checkpoint | None = None
 
     def __post_init__(self) -> None:
+        if not is_time(self.start):
+            raise DiagramError(f"start must be a time in s, not {self.start!r}")
         if self.engine not in ("auto", "python", "compiled"):
             raise ParameterError(f"engine is 'auto', 'python' or 'compiled', not {self.engine!r}")
+        if isinstance(self.observers, Observer) or not isinstance(self.observers, Sequence):
+            raise ParameterError(f"observers must be a list of them, not {self.observers!r}")
         for observer in self.observers:
             if not isinstance(observer, Observer):
                 raise ParameterError(f"observers must be Observer(…) values, not {observer!r}")

@@ -31,7 +31,7 @@ class Phases:
         self.diagram, self.start, self.algorithm = diagram, start, algorithm
         self.base = make_plan(diagram, start, algorithm)
         self.clock = self.base.clock
-        scenario = Scenario() if scenario is None else scenario
+        self.scenario = scenario = Scenario() if scenario is None else scenario
         scenario.check(diagram)
         self._faults = scenario.faults(self.clock)
         self._rewrites = scenario.rewrites(self.clock)

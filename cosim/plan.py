@@ -1,6 +1,5 @@
 """The schedule of a diagram: order of blocks, periods in ticks, and which signal drives what."""
 
-import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from fractions import Fraction
@@ -11,7 +10,7 @@ from .algorithms import Jacobi, Master, TwoPhase
 from .block import Block
 from .blocks.delay import Delay
 from .blocks.fmu import Fmu
-from .clock import Clock, rational
+from .clock import Clock, is_time, rational
 from .coupling.algebraic import check_guess
 from .coupling.network import Network, make_network
 from .diagram import Diagram, Port
@@ -50,7 +49,8 @@ class Plan:
     """A diagram made ready to run: nodes in the order of their outputs within a tick.
 
     `loops` are ranges of nodes that form algebraic loops, to be solved. `order` are the FMUs as
-    they are stepped. `ports` gives each signal's position and `types` what it holds if no float.
+    they are stepped. `ports` are the outputs that give the signals: other names only where a fault
+    lies between. `types` is what a signal holds if no float.
     """
 
     name: str
@@ -58,6 +58,7 @@ class Plan:
     algorithm: Master
     nodes: tuple[Node, ...]
     signals: tuple[str, ...]
+    ports: tuple[str, ...]
     units: dict[str, str]
     types: dict[str, str]
     loops: tuple[range, ...]
@@ -83,7 +84,7 @@ def make_plan(
     if not isinstance(algorithm, Master):
         raise DiagramError(f"algorithm must be one of railcosim's, such as {TwoPhase()!r}, not "
                            f"{algorithm!r}")  # fmt: skip
-    if not isinstance(start, int | float | Fraction) or not math.isfinite(start):
+    if not is_time(start):
         raise DiagramError(f"start must be a time in s, not {start!r}")
     clock = Clock(diagram.step, rational(start))
     blocks = diagram.blocks
@@ -111,6 +112,7 @@ def make_plan(
         algorithm=algorithm,
         nodes=tuple(in_order),
         signals=tuple(str(s) for s in signals),
+        ports=tuple(str(s) for s in signals),
         units=units,
         types={f"{n}.{p}": kind for n, b in blocks.items() for p, kind in b.types.items()},
         loops=loops,

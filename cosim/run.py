@@ -1,11 +1,10 @@
 """Running a diagram from start to stop."""
 
-import math
 from fractions import Fraction
 from typing import TYPE_CHECKING
 
 from ..base.errors import DiagramError
-from .clock import Clock, rational
+from .clock import Clock, is_time, rational
 from .options import Options
 from .results.result import Run
 from .simulation import Simulation
@@ -41,7 +40,7 @@ def run(diagram: "Diagram", stop: float | Fraction, options: Options, *, progres
 
 def _ticks(diagram: "Diagram", stop: float | Fraction, options: Options) -> int:
     """Return the run's length; raise DiagramError for a stop that is none."""
-    if not isinstance(stop, int | float | Fraction) or not math.isfinite(stop):
+    if not is_time(stop):
         raise DiagramError(f"stop must be a time in s, not {stop!r}")
     clock = Clock(diagram.step, rational(options.start))
     if not rational(stop) > clock.start:

@@ -1,5 +1,6 @@
 """A simulation that is going on: a diagram brought to some tick, to be taken further or saved."""
 
+import math
 import warnings
 from contextlib import suppress
 from fractions import Fraction
@@ -12,12 +13,12 @@ from ..base.errors import DiagramError, RailcosimError
 from .algorithms import TwoPhase
 from .blocks.fmu import Fmu
 from .checkpoint import Checkpoint
-from .clock import rational
+from .clock import is_time, rational
 from .coupling.initialise import Initialisation, NotFiniteError
 from .diagram import Diagram
 from .engine.choice import Engine, choose_engine
 from .engine.generate import generate
-from .engine.places import ObserverError, Place, message, no_number, not_finite
+from .engine.places import ObserverError, Place, message, no_number
 from .fmu.instance import FmuInstance
 from .options import Options
 from .phases import Phases
@@ -51,7 +52,7 @@ class Simulation:
         for observer in options.observers:
             observer.places(names, diagram.name)
         if options.resume is not None:
-            options.resume.require(self._plan)
+            options.resume.require(self._plan, self._phases.scenario)
         self.tick = 0 if options.resume is None else options.resume.tick
         self.ended = self._closed = False
         self._warnings: list[str] = []
@@ -63,6 +64,8 @@ class Simulation:
             first=self.tick,
         )  # fmt: skip
         self._has_last_row = False
+        self._finished: int | None = None  # the tick that `finish` has recorded
+        self._broken = ""  # why it cannot go on
         self._size = 256  # ticks in a chunk
         try:
             self._open(options.resume)
@@ -119,8 +122,7 @@ class Simulation:
             return values[: len(plan.signals)]
 
         initialisation = Initialisation(plan, self._instances, signals, self._ticks)
-        if not is_resumed:
-            initialisation.settle()
+        initialisation.settle()
         try:
             initialisation.finish()
         except NotFiniteError as error:
@@ -140,6 +142,8 @@ class Simulation:
 
     def close(self) -> None:
         """Terminate and free the FMUs; what goes wrong in that becomes a warning."""
+        if hasattr(self, "_schedule"):
+            self._schedule.coupling.release()
         for instance in self._instances.values():
             instance.time = self.time
             trouble = instance.close()
@@ -152,7 +156,15 @@ class Simulation:
     def __enter__(self) -> Self:
         return self
 
-    def __exit__(self, *_: object) -> None:
+    def __exit__(self, kind: type[BaseException] | None, *_: object) -> None:
+        # A file that no result has completed is completed here, so that it can be read.
+        with suppress(RailcosimError):
+            if kind is not None:
+                what = f"broken off at t = {self.time:.9g} s by {kind.__name__}"
+                self._recorder.close(what, info=self._info())
+            elif self._ticks is None and not (self._broken or self._closed):
+                self.finish()
+                self._recorder.close(info=self._info())
         self.close()
 
     # Where it stands
@@ -173,6 +185,9 @@ class Simulation:
 
     def signals(self) -> list[Any]:
         """Return all signals at the present tick, in the plan's order."""
+        if self.ended:
+            return list(self._last_signals)
+        self._require_whole()
         try:
             values = self._program.observe(self.tick, self._values)
         except Exception as error:
@@ -201,7 +216,14 @@ class Simulation:
         Raise CheckpointError for an FMU that cannot save its state as bytes, or a block whose
         state is not made of numbers.
         """
-        return Checkpoint.of(self.tick, self._phases.base, self._schedule, self._values,
+        self._require_whole()
+        if self.ended:
+            raise DiagramError(
+                f"an observer has ended the simulation at t = {self.time:.9g} s, in the middle "
+                "of a step; there is no checkpoint of that"
+            )
+        phases = self._phases
+        return Checkpoint.of(self.tick, phases.base, phases.scenario, self._schedule, self._values,
                              self._instances)  # fmt: skip
 
     # Going on
@@ -211,20 +233,21 @@ class Simulation:
 
         Raise SimulationError, which carries the rows so far, if a block fails.
         """
-        if not isinstance(until, int | float | Fraction) or isinstance(until, bool):
+        if not is_time(until):
             raise DiagramError(f"advance() needs a time in s, not {until!r}")
         what = "advance: until − start" if self._clock.start else "advance: until"
         ticks = self._clock.ticks(rational(until) - self._clock.start, what)
         if ticks < self.tick:
             raise DiagramError(f"advance({float(until):g}): the simulation is at {self.time:g} s")
+        if self._pacer is not None:
+            self._pacer.anchor(self.tick)  # time that passed between two calls is no lateness
         while self.tick < ticks and not self.ended:
             self.advance_ticks(ticks)
         return self
 
     def advance_ticks(self, end: int) -> None:
         """Go on towards a tick, for about 0.1 s of computing."""
-        if self._closed:
-            raise DiagramError("the simulation has been closed")
+        self._require_whole()
         if self._has_last_row:
             self._recorder.keep(-1)
             self._has_last_row = False
@@ -238,9 +261,18 @@ class Simulation:
         if self.tick == boundary and not self.ended:
             self._cross()
 
+    def _require_whole(self) -> None:
+        if self._broken:
+            raise DiagramError(f"the simulation {self._broken}; start again, or from a checkpoint")
+        if self._closed:
+            raise DiagramError("the simulation has been closed")
+
     def _chunk(self) -> int:
         limit = self._recorder.limit * self._recorder.every
-        return max(1, min(self._size, limit))
+        size = min(self._size, limit)
+        if self._options.pace is not None:
+            size = min(size, int(_CHUNK_SECONDS * self._options.pace.factor / self._clock.step))
+        return max(1, size)
 
     def _run(self, end: int) -> None:
         rows = self._recorder.buffer(self._recorder.count(self.tick, end))
@@ -251,6 +283,8 @@ class Simulation:
             assert place is not None
             self._keep(rows, place.tick + 1)
             self.tick, self.ended = place.tick, True
+            count = len(self._plan.signals)
+            self._last_signals = [place.values[f"y{j}"] for j in range(count)]
             return
         except Exception as error:
             place = self._engine.where(error)
@@ -258,12 +292,19 @@ class Simulation:
             self._keep(rows, tick + 1 if place is not None and place.recorded else tick)
             self.tick = tick
             raise self._failed(error, place) from error
-        except BaseException:  # Ctrl-C: a file keeps the rows that are complete
+        except BaseException as error:  # Ctrl-C: the rows that are complete are kept
+            place = self._engine.where(error)
+            if place is not None:
+                with suppress(RailcosimError):
+                    self._keep(rows, place.tick + place.recorded)
+                self.tick = place.tick
+            self._broken = f"was interrupted after t = {self.time:.9g} s"
             with suppress(RailcosimError):
                 self._recorder.close(f"interrupted after t = {self.time:.9g} s", info=self._info())
             raise
         self._keep(rows, end)
         self.tick = end
+        self._require_finite()
 
     def _keep(self, rows: np.ndarray, end: int) -> None:
         """Keep the rows of the ticks before `end`; one that is not finite ends the run."""
@@ -272,19 +313,47 @@ class Simulation:
         if not bad.any():
             self._recorder.keep(count)
             return
-        row, column = (int(i) for i in np.argwhere(bad)[0])
+        row = int(np.argwhere(bad)[0][0])
         tick = self._recorder.tick(self._recorder.rows + row)
         self._recorder.keep(row + 1)
-        what = not_finite(self._kept[column], float(rows[row, column]), self._clock.time(tick))
+        column = min(np.flatnonzero(bad[row]), key=lambda c: self._rank(self._kept[c]))
+        value, time = float(rows[row, column]), self._clock.time(tick)
+        when = "at" if self._recorder.every == 1 else "at the latest at"
         self.tick = tick
-        raise self._failure(str(what))
+        raise self._failure(f"{self._kept[column]} is {value:g} {when} t = {time:.9g} s")
+
+    def _rank(self, signal: str) -> int:
+        """Return when in a tick a signal is made: the first wrong one made the others wrong."""
+        j = self._plan.signals.index(signal)
+        return next(i for i, node in enumerate(self._plan.nodes) if j in node.outputs)
+
+    def _require_finite(self) -> None:
+        """Raise SimulationError for a signal that is not finite, recorded or not."""
+        n = len(self._plan.nodes)
+        signals = self._values[n : n + len(self._plan.signals)]
+        bad = [j for j, y in enumerate(signals) if isinstance(y, float) and not math.isfinite(y)]
+        if bad:
+            name = min((self._plan.signals[j] for j in bad), key=self._rank)
+            value = signals[self._plan.signals.index(name)]
+            when = f"at the latest at t = {self._clock.time(self.tick - 1):.9g} s"
+            raise self._failure(f"{name} is {value:g} {when}; record it to know when it began")
 
     def _cross(self) -> None:
         """Change over to the plan that holds from this tick on."""
-        values = dict(zip(self._schedule.labels, self._values, strict=True))
+        before = dict(zip(self._schedule.labels, self._values, strict=True))
+        self._schedule.coupling.release()
         self._compile()
-        fresh = zip(self._schedule.labels, self._schedule.start, strict=True)
-        self._values = [values.get(label, value) for label, value in fresh]
+        schedule = self._schedule
+        triples = zip(schedule.registers, schedule.labels, schedule.start, strict=True)
+        # Events are announced anew: a parameter may have moved them.
+        values = {
+            register: value if register[0] == "e" else before.get(label, value)
+            for register, label, value in triples
+        }
+        for register, value in values.items():
+            if register[0] == "p" and value is None:
+                values[register] = values[f"y{register[1:]}"]
+        self._values = list(values.values())
         self._change_fmus()
 
     def _change_fmus(self) -> None:
@@ -300,7 +369,7 @@ class Simulation:
 
     def finish(self) -> None:
         """Record the present tick, and let observers see it, as the last one for now."""
-        if self._has_last_row or self.ended:
+        if self._finished == self.tick or self.ended:
             return
         if self._pacer is not None:
             self._pacer.wait(self.tick)
@@ -315,6 +384,7 @@ class Simulation:
                 raise self._failed(error, place) from error
             self._keep(row, self.tick + 1)
             self._has_last_row = True
+        self._finished = self.tick
         for observer in self._options.observers:
             if self.tick % observer.every == 0:
                 try:
@@ -329,6 +399,7 @@ class Simulation:
         return self._failure(message(self._plan, place, tick, error))
 
     def _failure(self, what: str) -> SimulationError:
+        self._broken = "has failed"
         with suppress(RailcosimError):
             return SimulationError(what, self._result(what))
         return SimulationError(what, Run(self._plan.name, failure=what))

@@ -2,6 +2,8 @@
 
 from typing import Any
 
+import numpy as np
+
 from .engine.places import ObserverError
 from .plan import Plan
 from .results.observer import Observer
@@ -26,7 +28,7 @@ def observer_call(observer: Observer, plan: Plan) -> Call:
             ends = observer.function(t, *values)
         except Exception as error:
             raise ObserverError(observer.label) from error
-        if ends is True:
+        if isinstance(ends, bool | np.bool_) and ends:
             raise StopRunError
 
     places = observer.places(plan.signals, plan.name)

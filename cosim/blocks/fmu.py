@@ -8,7 +8,7 @@ from typing import Any, Self
 
 from ...base.errors import FmuError, ParameterError, UnitError, listing, suggest
 from ...base.units import parse
-from ..block import Block, Ports, require_positive
+from ..block import Block, Ports, require, require_positive
 from ..fmu.calls import TYPES
 from ..fmu.file import (
     binary_of,
@@ -93,6 +93,8 @@ class Fmu(Block):
             raise FmuError(f"Fmu() needs an FMU's path, not {path!r}; build(plant) returns one")
         self.path = Path(path).absolute()
         self.period, self.isolated, self.timeout = period, isolated, timeout
+        good = isinstance(isolated, bool)
+        require(self, good, f"isolated is True or False, not {isolated!r}")
         for name in ("period", "timeout"):
             if getattr(self, name) is not None:
                 require_positive(self, name)
@@ -181,7 +183,7 @@ class Fmu(Block):
                     f"{self.path.name}: '{name}' is a vector; give a list, or set {name}[1], …"
                 )
             else:
-                values[name] = self._value(name, value)
+                values[name] = self._value(name, elements)
         return values
 
     def _element_names(self, name: str) -> list[str]:

@@ -17,7 +17,7 @@ class Sum(Block):
     continuous = True
 
     def __post_init__(self) -> None:
-        good = bool(self.signs) and set(self.signs) <= {"+", "-"}
+        good = isinstance(self.signs, str) and self.signs and set(self.signs) <= {"+", "-"}
         require(self, good, f"signs must be + and - such as '+-', not {self.signs!r}")
         names = [f"u{i + 1}" for i in range(len(self.signs))]
         object.__setattr__(self, "inputs", dict.fromkeys(names))

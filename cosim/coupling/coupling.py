@@ -99,6 +99,12 @@ class Coupling:
             if instance.steps_inline:
                 instance.span.value = span
 
+    def release(self) -> None:
+        """Free the FMU states that were kept for repeating steps."""
+        self.fmus.release()
+        if self.doubled is not None:
+            self.doubled.release()
+
     def _over(self, k: int, last: Last | None, values: tuple[Any, ...]) -> Last:
         n = len(self.plan.signals)
         y = list(values[:n])

@@ -42,6 +42,10 @@ class Doubled:
             if plan.signals[j] not in plan.types
         }
 
+    def release(self) -> None:
+        """Free the states that were saved."""
+        self.fmus.free(self._saved)
+
     def over(self, tick: Tick, a: Place, b: Place, y: Signals, last: Last | None) -> Signals:
         """Step the FMUs from a to b."""
         depth = self.algorithm.depth

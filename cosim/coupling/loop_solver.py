@@ -21,6 +21,21 @@ class BlockError(Exception):
         self.node = node
 
 
+def numbers(node: Node, result: Any) -> Sequence[Any]:
+    """Return a block's outputs as a sequence; raise BlockError for what is no number."""
+    results: Sequence[Any] = result if len(node.outputs) > 1 else (result,)
+    try:
+        if len(results) != len(node.outputs):
+            raise TypeError(f"{len(results)} outputs, {len(node.outputs)} are declared")
+        for port, value in zip(node.block.outputs, results, strict=True):
+            if isinstance(value, str) or not hasattr(value, "__float__"):
+                raise TypeError(f"output '{port}' is {value!r}, which is no number")
+            float(value)
+    except (TypeError, ValueError) as error:
+        raise BlockError(node.name) from error
+    return results
+
+
 class LoopSolver:
     """Finds the signals at which all blocks of a loop agree.
 
@@ -119,9 +134,8 @@ class LoopSolver:
                 else:
                     direct = (trial[j] for j in node.direct)
                     result = block.output(states[i], *time, *direct)
-                results = result if len(node.outputs) > 1 else (result,)
-                trial |= zip(node.outputs, results, strict=True)
-            except (ArithmeticError, ValueError, RailcosimError):
+                trial |= zip(node.outputs, numbers(node, result), strict=True)
+            except (BlockError, ArithmeticError, ValueError, RailcosimError):
                 raise
             except Exception as error:
                 raise BlockError(node.name) from error

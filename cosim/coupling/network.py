@@ -61,8 +61,9 @@ def is_slave(node: "Node", algorithm: Master) -> bool:
 
     What it gives is sampled, and held until its next hit.
     """
-    slave = node.block.feedthrough and bool(node.inputs) and not node.block.run_by_engine
-    return slave and isinstance(algorithm, Jacobi)
+    block = node.block
+    slave = block.feedthrough and node.inputs and not (block.run_by_engine or block.is_wire)
+    return bool(slave) and isinstance(algorithm, Jacobi)
 
 
 def _between(node: "Node") -> bool:
@@ -70,7 +71,15 @@ def _between(node: "Node") -> bool:
         return False
     if isinstance(node.block, Delay):
         return True
-    return node.announces or (node.continuous and not node.block.start())
+    return node.announces or node.block.is_wire or (node.continuous and _is_stateless(node))
+
+
+def _is_stateless(node: "Node") -> bool:
+    try:
+        state = node.block.start()
+        return isinstance(state, tuple) and not state
+    except Exception:  # named when the run starts
+        return False
 
 
 def _may_jump(node: "Node") -> bool:

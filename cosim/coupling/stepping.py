@@ -6,11 +6,13 @@ whole tick without events (see `ahead`); here are events, repeated and divided s
 """
 
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field
 from typing import Any, Protocol
 
 import numpy as np
 
+from ...base.errors import FmuError
 from ..algorithms import Iterated, Newton
 from ..fmu.instance import FmuInstance
 from ..plan import Node, Plan
@@ -52,11 +54,13 @@ class Fmus:
         span: float,
     ) -> None:
         types = self.plan.types
-        ends = [
-            ahead.get(j) if not convert and self.plan.signals[j] not in types else None
-            for j, (_, _, convert) in zip(node.inputs, instance.input_slots, strict=True)
-        ]
-        pairs = [(y[j], end) for j, end in zip(node.inputs, ends, strict=True)]
+        pairs: list[tuple[Any, Any]] = []  # (value, line's end); what is no real has no line
+        for j, (_, _, convert) in zip(node.inputs, instance.input_slots, strict=True):
+            if convert or self.plan.signals[j] in types:
+                pairs.append((ahead.get(j, y[j]), None))
+            else:
+                pairs.append((y[j], ahead.get(j)))
+        ends = [end for _, end in pairs]
         if instance.takes_slopes and any(end is not None for end in ends):
             instance.inputs([value for value, _ in pairs])
             instance.slopes([0.0 if e is None else (e - v) / span for v, e in pairs])
@@ -77,6 +81,19 @@ class Fmus:
             instance = self.instances[self.plan.nodes[i].name]
             instance.time = time
             into[i] = instance.save(into.get(i))
+
+    def release(self) -> None:
+        """Free the states that were saved."""
+        self.free(self.saved)
+
+    def free(self, saved: dict[int, Any]) -> None:
+        """Free states that `save` wrote there."""
+        for i, handle in saved.items():
+            instance = self.instances.get(self.plan.nodes[i].name)
+            if instance is not None:
+                with suppress(FmuError):  # an FMU that has failed may refuse
+                    instance.release(handle)
+        saved.clear()
 
     def restore(self, places: Sequence[int], saved: Mapping[int, Any]) -> None:
         """Bring FMUs back to saved states."""

@@ -3,7 +3,7 @@
 Places are exact parts of the tick, from 0 to 1; nothing accumulates.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any
@@ -11,9 +11,10 @@ from typing import Any
 from ..blocks.delay import Delay
 from ..plan import Node, Plan
 from ..schedule.delays import delayed_within, jump_within
-from .loop_solver import BlockError
+from .loop_solver import BlockError, numbers
 
 Place = Fraction
+_EVENTS = 1000  # of one source within one step: more are a mistake, and would never end
 Signals = list[Any]
 
 
@@ -53,8 +54,14 @@ class Tick:
                 found |= set() if place is None else {place}
                 continue
             t, end = self.time(Place(0)), self.time(Place(1))
-            while (t := _next_event(node, state, t)) < end:
+            count = 0
+            while (t := next_event(node, state, t)) < end:
                 found.add(clock.place(t) - self.k)
+                count += 1
+                if count > _EVENTS:
+                    raise BlockError(node.name) from ValueError(
+                        f"next_event() announces more than {_EVENTS} events within one step"
+                    )
         return sorted(place for place in found if 0 < place < 1)
 
     def at(self, place: Place, y: Signals) -> Signals:
@@ -66,8 +73,12 @@ class Tick:
             if isinstance(node.block, Delay):
                 y[node.outputs[0]] = delayed_within(node, state, self.k, place, self.plan.clock)
             else:
-                _write(node, evaluate(node, state, t, y), y)
+                _write(node, evaluate(node, state, self._when(node, t), y), y)
         return y
+
+    def _when(self, node: Node, t: float) -> float:
+        """Return the time at which a block between FMUs is evaluated for time t (s)."""
+        return self.time(Place(0)) if node.block.is_wire else t
 
     def ahead(self, a: Place, b: Place, y: Signals, last: Last | None) -> dict[int, Any]:
         """Return extrapolations to b of what is known about signals at a; see `ahead`."""
@@ -99,7 +110,7 @@ class Tick:
             if isinstance(node.block, Delay) or changed.isdisjoint(node.inputs):
                 continue
             seen = _Ahead(y, ahead)
-            _write(node, evaluate(node, self.states[i], t, seen), ahead)
+            _write(node, evaluate(node, self.states[i], self._when(node, t), seen), ahead)
             changed |= set(node.outputs)
 
 
@@ -127,12 +138,12 @@ def evaluate(node: Node, state: Any, t: float, signals: Any) -> Any:
 
 
 def _write(node: Node, result: Any, into: Any) -> None:
-    results: Sequence[Any] = result if len(node.outputs) > 1 else (result,)
-    for j, value in zip(node.outputs, results, strict=True):
+    for j, value in zip(node.outputs, numbers(node, result), strict=True):
         into[j] = value
 
 
-def _next_event(node: Node, state: Any, t: float) -> float:
+def next_event(node: Node, state: Any, t: float) -> float:
+    """Return a source's next event (s) after t; raise BlockError for what is no time after it."""
     try:
         found = node.block.next_event(state, t)
         if not found > t:

@@ -102,8 +102,7 @@ def generate(
     source = "\n".join(text.lines) + "\n"
     digest = hashlib.sha256(source.encode()).hexdigest()[:12]
     filename = f"<railcosim diagram '{schedule.plan.name}' {digest}>"
-    # In linecache a traceback through the generated code shows its lines.
-    linecache.cache[filename] = (len(source), None, source.splitlines(keepends=True), filename)
+    _show(filename, source)
     exec(compile(source, filename, "exec"), text.names)
     return Program(
         source,
@@ -299,6 +298,21 @@ class _Text:
         kept = "".join(f", {register}" for register in operation.registers)
         self.add(depth, f"pack(buffer, row{kept})")
         self.add(depth, "row += size")
+
+
+_shown: dict[str, None] = {}
+_SHOWN = 64  # sources; a campaign makes thousands
+
+
+def _show(filename: str, source: str) -> None:
+    """Put a source into linecache: a traceback through the generated code then shows its lines."""
+    _shown.pop(filename, None)
+    _shown[filename] = None
+    linecache.cache[filename] = (len(source), None, source.splitlines(keepends=True), filename)
+    if len(_shown) > _SHOWN:
+        oldest = next(iter(_shown))
+        del _shown[oldest]
+        linecache.cache.pop(oldest, None)
 
 
 def _runs(values: Sequence[tuple[str, Any, int]]) -> list[tuple[list[str], Any, int]]:

@@ -1,6 +1,5 @@
 """Where a run failed: the block, the tick, and a message that a user can act on."""
 
-import math
 import struct
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -59,8 +58,10 @@ def _words(error: BaseException) -> str:
 
 def no_number(plan: Plan, values: Mapping[str, Any], tick: int) -> str | None:
     """Return a message if a block's output is no number, which only a later line noticed."""
-    for i, signal in enumerate(plan.signals):
-        value = values.get(f"y{i}", 0.0)
+    found = [(signal, values.get(f"y{i}", 0.0)) for i, signal in enumerate(plan.signals)]
+    # Values ahead, where an FMU is given what a block between makes of another's outputs.
+    found += [(signal, values.get(f"a{i}", 0.0)) for i, signal in enumerate(plan.signals)]
+    for signal, value in found:
         try:
             struct.pack("d", value)
         except (struct.error, TypeError, OverflowError):
@@ -71,8 +72,3 @@ def no_number(plan: Plan, values: Mapping[str, Any], tick: int) -> str | None:
                 "which is no number"
             )
     return None
-
-
-def not_finite(signal: str, value: float, time: float) -> str | None:
-    """Return a message if a signal's value is not finite."""
-    return None if math.isfinite(value) else f"{signal} is {value:g} at t = {time:.9g} s"

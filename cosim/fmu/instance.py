@@ -228,6 +228,9 @@ class FmuInstance:
     def close(self) -> str | None:
         """Terminate and free the instance; return what went wrong in that, if anything."""
         trouble = None
+        if self._kept is not None and not self._fatal:
+            with suppress(FmuError):
+                self.release(self._kept)
         if self._running:
             try:
                 self._call("terminate")

@@ -3,6 +3,7 @@
 import sys
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from numbers import Integral
 from pathlib import Path
 from typing import Any
 
@@ -66,7 +67,7 @@ def port_names(ports: Any, what: str) -> tuple[str, ...]:
 
 def require_every(every: Any, what: str) -> None:
     """Raise ParameterError unless `every` is a whole number from 1."""
-    if not isinstance(every, int) or isinstance(every, bool) or every < 1:
+    if not isinstance(every, Integral) or isinstance(every, bool) or every < 1:
         raise ParameterError(f"{what}: every must be a whole number of ticks, not {every!r}")
 
 

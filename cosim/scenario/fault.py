@@ -68,6 +68,8 @@ class FaultBlock(Block):
     _last: float = field(init=False, repr=False, compare=False)  # s: nor from here on
 
     timed = True
+    is_wire = True
+    continuous = True
     inputs = {"u": None}
     outputs = {"y": None}
 

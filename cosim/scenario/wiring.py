@@ -65,6 +65,8 @@ def _renamed(plan: Plan, ports: Mapping[str, str], outputs: set[str]) -> Plan:
         for node in plan.nodes
     )
     signals = tuple(names.get(signal, signal) for signal in plan.signals)
+    ports_of = {f"{block}.y": f"fault on {port}" for block, port in ports.items()}
+    made_by = tuple(ports_of.get(port, port) for port in plan.ports)
     units = {names.get(signal, signal): unit for signal, unit in plan.units.items()}
     types = {names.get(signal, signal): kind for signal, kind in plan.types.items()}
-    return replace(plan, nodes=nodes, signals=signals, units=units, types=types)
+    return replace(plan, nodes=nodes, signals=signals, ports=made_by, units=units, types=types)

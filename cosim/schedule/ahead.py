@@ -91,7 +91,7 @@ def _between(plan: Plan, ahead: dict[int, str], changed: set[int]) -> list[Opera
             function=node.block.step,
             arguments=(
                 f"x{i}",
-                *(("t1",) if node.block.timed else ()),
+                *((("t" if node.block.is_wire else "t1"),) if node.block.timed else ()),
                 *(ahead.get(j, f"y{j}") for j in node.inputs),
             ),
             results=(_results([f"a{j}" for j in node.outputs]), "_"),

@@ -18,6 +18,7 @@ from ..blocks.fmu import Fmu
 from ..coupling.coupling import Coupling
 from ..coupling.loop_solver import LoopSolver
 from ..coupling.network import is_slave
+from ..coupling.within import next_event
 from ..fmu.instance import FmuInstance
 from ..plan import Node, Plan
 from .ahead import straight
@@ -88,14 +89,14 @@ def slaves(plan: Plan) -> list[int]:
 
 def _registers(plan: Plan, coupling: Coupling) -> list[tuple[str, str, Any]]:
     found = [(f"x{i}", f"state {n.name}", _start(n)) for i, n in enumerate(plan.nodes)]
-    found += [(f"y{j}", f"signal {name}", 0.0) for j, name in enumerate(plan.signals)]
+    found += [(f"y{j}", f"signal {port}", 0.0) for j, port in enumerate(plan.ports)]
     for i in slaves(plan):
         for j in plan.nodes[i].outputs:
-            found.append((f"z{j}", f"next {plan.signals[j]}", 0.0))
+            found.append((f"z{j}", f"next {plan.ports[j]}", 0.0))
     if coupling.is_always:
         found.append(("m", "coupling", ()))
     else:
-        found += [(f"p{j}", f"last {plan.signals[j]}", None) for j in coupling.extrapolated]
+        found += [(f"p{j}", f"last {plan.ports[j]}", None) for j in coupling.extrapolated]
     for i in plan.network.events:
         if plan.nodes[i].announces and not coupling.is_always:
             found.append((f"e{i}", f"event {plan.nodes[i].name}", -float("inf")))
@@ -239,14 +240,7 @@ class _Writer:
                 tests += edges(self.plan, i)
             else:
                 tests.append(Due(event=f"e{i}"))
-                announcing.append(
-                    Announce(
-                        event=f"e{i}",
-                        function=node.block.next_event,
-                        state=f"x{i}",
-                        node=node.name,
-                    )
-                )
+                announcing.append(_announced(i, node))
         if not tests:
             return [*operations, *kept]
         last = tuple(f"p{j}" for j in coupling.extrapolated)
@@ -262,9 +256,9 @@ class _Writer:
             node.inputs, self.instances[node.name].input_slots, strict=True
         ):
             end = ahead.get(j)
-            if end is None or (first_order and (convert or self.plan.signals[j] in types)):
+            if end is None:
                 inputs.append(Input(value=f"y{j}"))
-            elif first_order:
+            elif first_order and not (convert or self.plan.signals[j] in types):
                 inputs.append(Input(value=f"y{j}", ahead=end))
             else:
                 inputs.append(Input(value=end))
@@ -275,6 +269,17 @@ class _Writer:
             node=node.name,
             every=node.ticks,
         )
+
+
+def _announced(i: int, node: Node) -> Operation:
+    """Return what finds a source's next event: once it has passed, or if it depends on a state."""
+
+    def checked(x: Any, t: float) -> float:
+        return next_event(node, x, t)
+
+    if type(node.block).update is Block.update:
+        return Announce(event=f"e{i}", function=checked, state=f"x{i}", node=node.name)
+    return Call(function=checked, arguments=(f"x{i}", "t"), results=f"e{i}", node=node.name)
 
 
 def _time(node: Node) -> tuple[str, ...]:

@@ -3,12 +3,12 @@
 Nothing of railcosim is imported. It knows linear FMUs, whose steps it computes by the matrix
 exponential, and a dozen kinds of blocks; time is in fractions. It is slow, and simple.
 
-A node's inputs are (node, port) pairs. Nodes with direct feedthrough read from nodes before them
-or from nodes without it, so that their order is that of evaluation.
+Nodes with direct feedthrough read from nodes before them or from nodes without it, so that their
+order is that of evaluation.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from fractions import Fraction
 from itertools import pairwise
 from typing import Any
@@ -16,31 +16,7 @@ from typing import Any
 import numpy as np
 
 from tests.systems.master_references import linear_step
-
-Signal = tuple[int, int]
-Values = dict[Signal, float]
-
-SOURCES = ("constant", "step", "pulse", "ramp")
-CONTINUOUS = ("gain", "sum", "saturation")  # and without a state: taken anew within a step
-SAMPLED = ("hold", "low_pass")  # with feedthrough, held between hits
-
-
-@dataclass
-class Node:
-    """One block: its kind, its parameters, what drives it, and its hits (every `every` ticks)."""
-
-    kind: str
-    p: dict[str, Any]
-    inputs: list[Signal] = field(default_factory=list)
-    every: int = 1
-
-    @property
-    def is_fast(self) -> bool:
-        return self.kind == "fmu" and self.every == 1
-
-    @property
-    def ports(self) -> int:
-        return 2 if self.kind == "fmu" else 1
+from tests.systems.network_nodes import CONTINUOUS, SAMPLED, SOURCES, Node, Values
 
 
 @dataclass
@@ -60,7 +36,7 @@ class Interpreter:
     ) -> None:
         self.nodes, self.h, self.scheme, self.t0 = nodes, h, scheme, t0
         self.fast = [i for i, node in enumerate(nodes) if node.is_fast]
-        self.x = {i: self._start(node) for i, node in enumerate(nodes)}
+        self.x = {i: node.start() for i, node in enumerate(nodes)}
         self.samples: dict[int, list[float]] = {
             i: [] for i, node in enumerate(nodes) if node.kind == "delay"
         }
@@ -87,37 +63,23 @@ class Interpreter:
 
     # Start
 
-    @staticmethod
-    def _start(node: Node) -> Any:
-        if node.kind == "fmu":
-            return np.array(node.p["x"], dtype=float)
-        return node.p.get("x", 0.0)
-
     def _initialise(self) -> None:
         """Find the first outputs: FMUs that feed through take part in the order."""
         values: Values = {}
         later = [i for i, node in enumerate(self.nodes) if self._feeds_through(node, initial=True)]
         for i in (j for j in range(len(self.nodes)) if j not in later):
-            self._put(values, i, self._alone(i, self.t0, values))
+            self._put(values, i, self._alone(i, self.t0))
         for i in later:
-            u = [values[s] for s in self.nodes[i].inputs]
             if self.nodes[i].kind == "fmu":
-                self._put(values, i, self._shows(i, self.x[i], np.array(u)))
+                u = [values[s] for s in self.nodes[i].inputs]
+                self._put(values, i, self.nodes[i].shows(self.x[i], np.array(u)))
             else:
-                self._put(values, i, self._apply(i, u)[0])
+                self._put(values, i, self._apply(i, values)[0])
         self.shown = {(i, p): v for (i, p), v in values.items() if self.nodes[i].kind == "fmu"}
         self.computed = {s: v for s, v in values.items() if self._is_slave(s[0])}
 
     def _feeds_through(self, node: Node, *, initial: bool = False) -> bool:
-        if node.kind == "fmu":
-            return initial and bool(np.any(node.p["d"]))
-        return node.kind in CONTINUOUS + SAMPLED or self._is_short(node)
-
-    def _is_short(self, node: Node) -> bool:
-        """Return whether a delay needs its present input."""
-        return node.kind == "delay" and (
-            node.p["time"] == 0 or (node.p["time"] < self.h and not node.p["hold"])
-        )
+        return node.feeds_through(self.h, initial=initial)
 
     def _is_slave(self, i: int) -> bool:
         return self.scheme.kind == "jacobi" and self.nodes[i].kind in CONTINUOUS + SAMPLED
@@ -128,70 +90,26 @@ class Interpreter:
 
     # One node
 
-    def _alone(self, i: int, t: Fraction, values: Values, *, before: bool = False) -> Any:
+    def _alone(self, i: int, t: Fraction, *, before: bool = False) -> Any:
         """Return outputs of a node without feedthrough; `before` a jump at t, if it has one."""
-        node, p = self.nodes[i], self.nodes[i].p
-        if node.kind == "fmu":
-            if (i, 0) in self.shown:
-                return [self.shown[i, 0], self.shown[i, 1]]
-            return self._shows(i, self.x[i], np.zeros(len(node.inputs)))
-        if node.kind == "leak":
-            return self.x[i]
-        return (
-            self._delayed(i, t, before) if node.kind == "delay" else self._source(node.kind, p, t)
-        )
-
-    @staticmethod
-    def _source(kind: str, p: dict[str, Any], t: Fraction) -> float:
-        match kind:
-            case "step":
-                return p["to"] if t >= p["at"] else p["before"]
-            case "pulse":
-                return p["height"] if p["at"] <= t < p["at"] + p["width"] else p["base"]
-            case "ramp":
-                return p["initial"] + p["slope"] * float(max(t - p["at"], Fraction(0)))
-            case _:
-                return p["value"]
-
-    def _delayed(self, i: int, t: Fraction, before: bool) -> float:
-        p, samples = self.nodes[i].p, self.samples[i]
-        place = (t - p["time"] - self.t0) / self.h
-        if place < 0 or (before and place == 0):
-            return p["initial"]
-        whole = place.numerator // place.denominator
-        part = float(place - whole)
-        if p["hold"] or not part or whole + 1 == len(samples):
-            return samples[whole]  # a delay samples at ticks: behind the last sample it holds
-        return samples[whole] + part * (samples[whole + 1] - samples[whole])
-
-    def _apply(self, i: int, u: Sequence[float]) -> tuple[float, Any]:
-        """Return output and next state of a node with feedthrough."""
-        p, x = self.nodes[i].p, self.x[i]
-        match self.nodes[i].kind:
-            case "gain":
-                y = p["k"] * u[0]
-            case "sum":
-                y = sum(s * v for s, v in zip(p["signs"], u, strict=True))
-            case "saturation":
-                y = min(max(u[0], p["low"]), p["high"])
+        node = self.nodes[i]
+        match node.kind:
+            case "fmu":
+                if (i, 0) in self.shown:
+                    return [self.shown[i, 0], self.shown[i, 1]]
+                return node.shows(self.x[i], np.zeros(len(node.inputs)))
+            case "leak":
+                return self.x[i]
             case "delay":
-                y = self._short(i, u[0])
-            case "low_pass":
-                y = x = p["share"] * x + (1.0 - p["share"]) * u[0]
+                place = (t - node.p["time"] - self.t0) / self.h
+                return node.delayed(place, self.samples[i], before=before)
             case _:
-                y = u[0]
-        return y, x
+                return node.source(t)
 
-    def _short(self, i: int, u: float) -> float:
-        """Return the output at a tick of a delay below the step."""
-        part = float(self.nodes[i].p["time"] / self.h)
-        if part and not self.samples[i]:
-            return self.nodes[i].p["initial"]
-        return u + part * (self.samples[i][-1] - u) if part else u
-
-    def _shows(self, i: int, x: np.ndarray, u: np.ndarray) -> np.ndarray:
-        p = self.nodes[i].p
-        return p["c"] @ x + p["d"] @ u
+    def _apply(self, i: int, values: Values) -> tuple[float, Any]:
+        """Return output and next state of a node with feedthrough."""
+        u = [values[s] for s in self.nodes[i].inputs]
+        return self.nodes[i].apply(self.x[i], u, self.samples.get(i, ()), self.h)
 
     # Output phase
 
@@ -201,13 +119,13 @@ class Interpreter:
         for i, node in enumerate(self.nodes):
             if not self._feeds_through(node):
                 at_hit = node.kind != "leak" or k % node.every == 0
-                self._put(values, i, self._alone(i, t, values) if at_hit else self.held[i, 0])
+                self._put(values, i, self._alone(i, t) if at_hit else self.held[i, 0])
         for i, node in enumerate(self.nodes):
             if self._feeds_through(node):
                 if self._is_slave(i):
                     values[i, 0] = self.computed[i, 0] if k % node.every == 0 else self.held[i, 0]
                 elif k % node.every == 0:
-                    values[i, 0] = self._apply(i, [values[s] for s in node.inputs])[0]
+                    values[i, 0] = self._apply(i, values)[0]
                 else:
                     values[i, 0] = self.held[i, 0]
         self.held = values
@@ -219,13 +137,12 @@ class Interpreter:
         for i, node in enumerate(self.nodes):
             if k % node.every:
                 continue
-            u = [values[s] for s in node.inputs]
             if self._feeds_through(node):
-                y, self.x[i] = self._apply(i, u)
+                y, self.x[i] = self._apply(i, values)
                 if self._is_slave(i):
                     self.computed[i, 0] = y
             elif node.kind == "leak":
-                self.x[i] = node.p["share"] * self.x[i] + u[0]
+                self.x[i] = node.p["share"] * self.x[i] + values[node.inputs[0]]
 
     # FMUs
 
@@ -276,7 +193,7 @@ class Interpreter:
                 self.x[i] = linear_step(
                     node.p["a"], node.p["b"], self.x[i], u, np.zeros(len(u)), span
                 )
-                self._put(self.shown, i, self._shows(i, self.x[i], u))
+                self._put(self.shown, i, node.shows(self.x[i], u))
 
     def _fast_outputs(self) -> Values:
         return {s: v for s, v in self.shown.items() if s[0] in self.fast}
@@ -291,7 +208,7 @@ class Interpreter:
         values = dict(values)
         for i, node in enumerate(self.nodes):
             if node.is_fast or node.kind in SOURCES or node.kind == "delay":
-                self._put(values, i, self._alone(i, t, values))
+                self._put(values, i, self._alone(i, t))
         return self._carried(values)
 
     def _carried(self, values: Values) -> Values:
@@ -299,7 +216,7 @@ class Interpreter:
         values = dict(values)
         for i, node in enumerate(self.nodes):
             if node.kind in CONTINUOUS and not self._is_slave(i):
-                values[i, 0] = self._apply(i, [values[s] for s in node.inputs])[0]
+                values[i, 0] = self._apply(i, values)[0]
         return values
 
     def _over(self, a: Fraction, b: Fraction, values: Values) -> None:
@@ -343,9 +260,9 @@ class Interpreter:
                     rate = (values[i, p] - self.last[0][i, p]) / float(self.last[1])
                     ahead[i, p] = values[i, p] + rate * float(b - a)
             elif node.kind == "ramp" or (
-                node.kind == "delay" and not node.p["hold"] and not self._is_short(node)
+                node.kind == "delay" and not node.p["hold"] and not node.is_short(self.h)
             ):
-                self._put(ahead, i, self._alone(i, b, values, before=True))
+                self._put(ahead, i, self._alone(i, b, before=True))
         return values, self._carried(ahead | known)
 
     def _fmu(
@@ -355,7 +272,7 @@ class Interpreter:
         u = np.array([begin[s] for s in node.inputs])
         goal = np.array([end[s] for s in node.inputs])
         x = linear_step(node.p["a"], node.p["b"], self.x[i], u, (goal - u) / h, h)
-        return x, self._shows(i, x, goal)
+        return x, node.shows(x, goal)
 
     def _agreed(self, a: Fraction, b: Fraction, values: Values) -> Values:
         """Return the FMU outputs at b with which the step gives just these."""

@@ -25,7 +25,7 @@ from tests.coupled_diagrams import (
 )
 
 STOP = 0.4
-TICKS = (0, 1, 2, 3, 4, 5, 8, 12, 13, 24, 30, 31, 39)  # jumps in 12 and 30, slow hits at 4, 8, …
+TICKS = (0, 1, 3, 4, 12, 13, 30, 39)  # jumps in 12 and 30, slow hits at 4, 8, …
 HEAVY = "StepDoublingIterated"
 
 
@@ -41,7 +41,7 @@ def continues(rest: Run, whole: Run, tick: int) -> bool:
 @pytest.mark.parametrize("algorithm", ALGORITHMS, ids=names)
 def test_continued_at_many_ticks(algorithm) -> None:
     diagram = everything()
-    ticks = TICKS[1::4] if names(algorithm).startswith(HEAVY) else TICKS
+    ticks = TICKS[1::3] if names(algorithm).startswith(HEAVY) else TICKS
     kept = {}
     with diagram.simulation(algorithm=algorithm) as simulation:
         for tick in ticks:

@@ -19,6 +19,7 @@ from tests.coupled_diagrams import (
 
 STOP = 0.4
 QUICK = [a for a in ALGORITHMS if not names(a).startswith("StepDoublingIterated")]
+ORDERLESS = [a for a in QUICK if not isinstance(a, GaussSeidel)]
 _runs: dict[str, Run] = {}
 
 
@@ -119,9 +120,9 @@ def test_in_whatever_order_blocks_are_added_and_connected(algorithm) -> None:
     """Columns follow the order, their values do not, where it is not the order of the steps."""
     plain = everything()
     turned = Diagram("turned", step=plain.step)
-    for name, block in reversed(plain.blocks.items()):
+    for name, block in reversed(list(plain.blocks.items())):
         turned.add(name, block)
-    for target, source in reversed(plain.connections.items()):
+    for target, source in reversed(list(plain.connections.items())):
         turned.connect(str(source), str(target))
     run = turned.run(STOP, algorithm=algorithm, engine="python")
     assert list(run.frame.columns) != list(once(algorithm).frame.columns)

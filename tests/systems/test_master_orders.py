@@ -129,7 +129,7 @@ def test_the_coupling_as_blocks_is_three_hits_late_under_jacobi() -> None:
 def test_gauss_seidel_steps_first_what_feeds_nothing_through() -> None:
     """By default; whatever the order in which the FMUs were added."""
     turned = Diagram("turned", step=0.01)
-    for name, block in reversed(oscillator(0.01).blocks.items()):
+    for name, block in reversed(list(oscillator(0.01).blocks.items())):
         turned.add(name, block)
     for target, source in oscillator(0.01).connections.items():
         turned.connect(str(source), str(target))

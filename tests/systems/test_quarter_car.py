@@ -79,13 +79,20 @@ def test_error_at_each_step(name: str, order: int) -> None:
 @cache
 def steps_needed(tolerance: float, stop: float) -> int:
     """Return how many steps of equal size Gauss–Seidel needs, within 5 %."""
-    count = 256
-    while True:
+
+    def is_enough(count: int) -> bool:
         rows = references.in_order(halves(), stop / count, count, 1)[:, [0, 2]]
         exact = references.whole(halves(), np.linspace(0.0, stop, count + 1))[:, [0, 2]]
-        if np.max(np.abs(rows - exact)) <= tolerance:
-            return count
-        count = int(1.05 * count)
+        return bool(np.max(np.abs(rows - exact)) <= tolerance)
+
+    enough = 256
+    while not is_enough(enough):
+        enough *= 2
+    few = enough // 2
+    while enough > 1.05 * few:
+        middle = (few + enough) // 2
+        few, enough = (few, middle) if is_enough(middle) else (middle, enough)
+    return few
 
 
 @pytest.mark.parametrize("tolerance", [1e-4, 1e-5])
