@@ -44,7 +44,7 @@ class Block:
     direct: tuple[str, ...] = ()  # inputs that output() takes, of a block without feedthrough
     timed: bool = False
     # A piece of wire between ports, not a block of its own: no slave under Jacobi, and within a
-    # step what it was at the step's start.
+    # step it is what it was at the step's start, by passed().
     is_wire: bool = False
     # The output is a continuous signal: a function of time and inputs that is not sampled and held
     # from one hit to the next. Without a state, it is evaluated within a step too.
@@ -81,6 +81,10 @@ class Block:
         steps it lies.
         """
         return math.inf
+
+    def passed(self, *args: Any, **kwargs: Any) -> Any:
+        """Return the output of a wire within a step, from (x, t, *u), t being the step's start."""
+        raise TypeError(f"{type(self).__name__} is a wire and must define passed()")
 
     @property
     def has_events(self) -> bool:

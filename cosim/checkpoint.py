@@ -6,6 +6,7 @@ read back to the same bits, and one file of bytes for each FMU. Nothing in it is
 
 import json
 import zipfile
+import zlib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
@@ -143,7 +144,7 @@ class Checkpoint:
             )
         except OSError as error:
             raise FileError(f"cannot read {path}: {error.strerror or error}") from error
-        except (zipfile.BadZipFile, KeyError, TypeError, ValueError) as error:
+        except (zipfile.BadZipFile, zlib.error, KeyError, TypeError, ValueError) as error:
             raise FileError(f"{path} is no checkpoint, or is damaged: {error}") from error
 
 

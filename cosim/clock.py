@@ -8,6 +8,7 @@ and nothing accumulates.
 import math
 from dataclasses import dataclass
 from fractions import Fraction
+from functools import cached_property
 from numbers import Real
 
 from ..base.errors import DiagramError
@@ -54,7 +55,7 @@ class Clock:
         a, b, q = self.integers
         return [(a + k * b) / q for k in range(count)]
 
-    @property
+    @cached_property
     def integers(self) -> tuple[int, int, int]:
         """Return (a, b, q) with t_k = (a + k·b) / q: integers, divided once."""
         q = self.start.denominator * self.step.denominator

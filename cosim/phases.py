@@ -42,7 +42,9 @@ class Phases:
         ticks = {tick for tick, *_ in self._rewrites}
         for block in self._faults.values():
             ticks |= {tick for window in self._windows(block) for tick in window}
-        self.boundaries = sorted(tick for tick in ticks if math.isfinite(tick))
+        self.boundaries = sorted(int(tick) for tick in ticks if math.isfinite(tick))
+        for tick in self.boundaries:  # what cannot be is refused before the run
+            self.plan(tick)
 
     def next_boundary(self, tick: int) -> float:
         """Return the first boundary after a tick, inf if there is none."""

@@ -57,6 +57,7 @@ class Simulation:
         self.ended = self._closed = False
         self._warnings: list[str] = []
         self._instances: dict[str, FmuInstance] = {}
+        self._ports: dict[str, tuple[str, ...]] = {}  # the outputs of each FMU
         self._pacer = None if options.pace is None else Pacer(options.pace, self._clock)
         self._recorder = Recorder(
             self._kept, self._plan.units, self._plan.types, self._clock,
@@ -81,6 +82,7 @@ class Simulation:
         for name, block in self._phases.diagram.blocks.items():
             if isinstance(block, Fmu):
                 self._instances[name] = block.instance(name)
+                self._ports[name] = tuple(block.outputs)
         self._compile()
         self._values = list(self._schedule.start)
         self._initialise(is_resumed=resume is not None)
@@ -259,7 +261,10 @@ class Simulation:
         spent = perf_counter() - before
         self._size = max(64, min(4 * self._size, int(count * _CHUNK_SECONDS / max(spent, 1e-6))))
         if self.tick == boundary and not self.ended:
-            self._cross()
+            try:
+                self._cross()
+            except RailcosimError as error:
+                raise self._failure(str(error)) from error
 
     def _require_whole(self) -> None:
         if self._broken:
@@ -286,7 +291,7 @@ class Simulation:
             count = len(self._plan.signals)
             self._last_signals = [place.values[f"y{j}"] for j in range(count)]
             return
-        except Exception as error:
+        except (Exception, SystemExit) as error:  # exit() in a block is the block's failure
             place = self._engine.where(error)
             tick = self.tick if place is None else place.tick
             self._keep(rows, tick + 1 if place is not None and place.recorded else tick)
@@ -337,6 +342,11 @@ class Simulation:
             value = signals[self._plan.signals.index(name)]
             when = f"at the latest at t = {self._clock.time(self.tick - 1):.9g} s"
             raise self._failure(f"{name} is {value:g} {when}; record it to know when it began")
+        for block, instance in self._instances.items():
+            for port, value in zip(self._ports[block], instance.outputs(), strict=True):
+                if not math.isfinite(value):
+                    what = f"{block}.{port} is {value:g} at the latest at t = {self.time:.9g} s"
+                    raise self._failure(f"{what}; record it to know when it began")
 
     def _cross(self) -> None:
         """Change over to the plan that holds from this tick on."""

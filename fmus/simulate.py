@@ -10,7 +10,7 @@ from typing import Any
 from ..base.errors import FileError, FmuError
 from ..cosim import Constant, Diagram, Fmu, Profile, Run, SimulationError
 from ..cosim.clock import rational
-from ..cosim.fmu.file import number_of, read_description, start_of
+from ..cosim.fmu.file import is_ours, number_of, read_description, start_of
 from ..cosim.results.result import check_target
 from .tables import read_table
 
@@ -75,7 +75,8 @@ def simulate(
     are parameters, start values and constant inputs. `out` saves the run, also one that fails.
     Raise FmuError, FileError, ParameterError or SimulationError.
     """
-    block = Fmu.with_values(path, values or {})
+    # Who knows what another tool's FMU does: a crash shall cost an error, not the rows.
+    block = Fmu.with_values(path, values or {}, isolated=not is_ours(read_description(path)))
     times = span(path, step, stop)
     if out is not None:
         check_target(out)

@@ -3,11 +3,17 @@
 from collections.abc import Callable
 from dataclasses import dataclass
 from fractions import Fraction
+from functools import lru_cache
 from typing import Any, Literal
 
 from ...base.ops import finite
 from ..block import Block, require
 from ..clock import rational
+
+
+@lru_cache(maxsize=1024)
+def _steps(time: float, step: Fraction) -> Fraction:
+    return rational(time) / step
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,7 +57,7 @@ class Delay(Block):
 
         With "hold" a part of a step counts as a whole one: at t − time the sample before holds.
         """
-        steps = rational(self.time) / step
+        steps = self.steps(step)
         whole = steps.numerator // steps.denominator
         part = steps - whole
         if self.interpolation == "hold":
@@ -62,7 +68,11 @@ class Delay(Block):
         """Return whether the output may jump between two steps: at a held signal's edges, at least
         where the history ends.
         """
-        return (rational(self.time) / step).denominator > 1
+        return self.steps(step).denominator > 1
+
+    def steps(self, step: Fraction) -> Fraction:
+        """Return the delay in steps, exactly."""
+        return _steps(self.time, step)
 
     def history(self, t: float) -> Any:
         """Return the initial history at time t (s)."""

@@ -1,10 +1,8 @@
 """A schedule as a table for the compiled stepper: what the generated Python says, in structures."""
 
 import ctypes
-import linecache
 import struct
 from collections.abc import Callable, Sequence
-from functools import lru_cache, singledispatchmethod
 from math import gcd
 from types import MethodType
 from typing import Any
@@ -30,6 +28,7 @@ from ..schedule.operations import (
 from ..schedule.schedule import Schedule
 from . import structures as s
 from .library import EngineError
+from .unpacking import unpacker
 
 # As in stepper.c: kinds of operations, of an input's conversion and of an FMU's call.
 (CALL, READ, ADVANCE, PAST, KEEP, MOVE, LINE, ANNOUNCE, BRANCH, JUMP, RECORD) = range(11)
@@ -119,12 +118,14 @@ class Table:
         self._operations.append(s.Operation(kind, 0, every, address))
         return self._operations[-1]
 
-    @singledispatchmethod
     def _add(self, operation: Any) -> None:
+        for kind, add in _ADDERS.items():
+            if isinstance(operation, kind):
+                add(self, operation)
+                return
         raise EngineError(f"the compiled stepper does not know {operation!r}")
 
-    @_add.register
-    def _(self, operation: Call) -> None:
+    def _call(self, operation: Call) -> None:
         function, bound = self._method(operation.function)
         tuples: list[int] = []
         self._tuple(operation.arguments, tuples)
@@ -133,7 +134,7 @@ class Table:
         if operation.results is not None:
             results = self._entry(operation.results, tuples)
             if results < 0:
-                unpack = self._object(_unpacker(operation.results))
+                unpack = self._object(unpacker(operation.results))
         what = s.Call(
             function,
             bound,
@@ -155,8 +156,7 @@ class Table:
             tuples[place + 1 + i] = self._entry(one, tuples)
         return place
 
-    @_add.register
-    def _(self, operation: Read) -> None:
+    def _read(self, operation: Read) -> None:
         slots = [
             s.Slot(self._register(register), _is_whole(array), self._item(array, index))
             for register, array, index in operation.values
@@ -170,8 +170,7 @@ class Table:
         self._kept.append(array)
         return ctypes.addressof(array) + index * ctypes.sizeof(array._type_)
 
-    @_add.register
-    def _(self, operation: Advance) -> None:
+    def _advance(self, operation: Advance) -> None:
         instance = operation.instance
         self._kept.append(instance)
         sloped = instance.takes_slopes and any(u.ahead for u in operation.inputs)
@@ -238,8 +237,7 @@ class Table:
         call.values = ctypes.addressof(values._obj)
         return call
 
-    @_add.register
-    def _(self, operation: Past) -> None:
+    def _past(self, operation: Past) -> None:
         o = operation
         what = s.Past(
             self._register(o.result),
@@ -258,29 +256,24 @@ class Table:
         )
         self._put(PAST, operation, what)
 
-    @_add.register
-    def _(self, operation: Keep) -> None:
+    def _keep(self, operation: Keep) -> None:
         ring, source = self._register(operation.ring), self._register(operation.source)
         self._put(KEEP, operation, s.Keep(ring, source, operation.length))
 
-    @_add.register
-    def _(self, operation: Move) -> None:
+    def _move(self, operation: Move) -> None:
         result, source = self._register(operation.result), self._register(operation.source)
         self._put(MOVE, operation, s.Move(result, source))
 
-    @_add.register
-    def _(self, operation: Line) -> None:
+    def _line(self, operation: Line) -> None:
         names = (operation.result, operation.start, operation.end)
         self._put(LINE, operation, s.Line(*map(self._register, names), self._object(2.0)))
 
-    @_add.register
-    def _(self, operation: Announce) -> None:
+    def _announce(self, operation: Announce) -> None:
         event, state = self._register(operation.event), self._register(operation.state)
         what = s.Announce(event, state, *self._method(operation.function))
         self._put(ANNOUNCE, operation, what)
 
-    @_add.register
-    def _(self, operation: Branch) -> None:
+    def _branch(self, operation: Branch) -> None:
         tests = self._array(s.Test, [self._test(test) for test in operation.tests])
         branch = self._put(BRANCH, operation, s.Branch(len(operation.tests), tests))
         self._add(operation.call)
@@ -295,12 +288,26 @@ class Table:
         ring = self._register(test.ring)
         return s.Test(-1, ring, test.always, test.length, test.whole, test.first)
 
-    @_add.register
-    def _(self, operation: Record) -> None:
+    def _record(self, operation: Record) -> None:
         registers = [self._register(name) for name in operation.registers]
         array = self._array(ctypes.c_int, registers)
         what = s.Record(len(registers), array, self._object(struct.Struct("d").pack))
         self._put(RECORD, operation, what)
+
+
+# A plain mapping: functools.singledispatchmethod of Python 3.13.0 keeps every table for ever.
+_ADDERS: dict[type, Callable[[Table, Any], None]] = {
+    Call: Table._call,
+    Read: Table._read,
+    Advance: Table._advance,
+    Past: Table._past,
+    Keep: Table._keep,
+    Move: Table._move,
+    Line: Table._line,
+    Announce: Table._announce,
+    Branch: Table._branch,
+    Record: Table._record,
+}
 
 
 def _pause() -> None:
@@ -322,27 +329,3 @@ def _is_whole(array: Any) -> bool:
     if not isinstance(array, ctypes.Array) or array._type_ not in (ctypes.c_double, ctypes.c_int):
         raise EngineError(f"the compiled stepper does not know FMU variables in {array!r}")
     return array._type_ is ctypes.c_int
-
-
-def _target(results: Registers) -> str:
-    inner = ", ".join(r if isinstance(r, str) else _target(r) for r in results)
-    return f"({inner},)" if results else "()"
-
-
-def _names(results: Registers) -> list[str]:
-    return [n for r in results for n in ([r] if isinstance(r, str) else _names(r))]
-
-
-@lru_cache(maxsize=256)
-def _unpacker(results: Registers) -> Callable[[Any], tuple[Any, ...]]:
-    """Return the function that takes a block's result apart as a Python statement does.
-
-    If that fails nothing is stored, as with a statement whose first target is the nested tuple.
-    """
-    target, flat = _target(results), ", ".join(_names(results))
-    text = f"def unpack(result):\n    {target} = result\n    return ({flat},)\n"
-    filename = f"<railcosim results {target}>"
-    linecache.cache[filename] = (len(text), None, text.splitlines(keepends=True), filename)
-    names: dict[str, Any] = {}
-    exec(compile(text, filename, "exec"), names)
-    return names["unpack"]

@@ -19,8 +19,6 @@ class Doubled:
     algorithm: StepDoubling
     inner: Stepper
     level: int = 0
-    tries: int = 0
-    undone: int = 0
     last: Last | None = None  # at the end of the latest step
     _saved: dict[int, Any] = field(default_factory=dict)
     _worst: int | None = None  # the signal with the largest error in the latest try
@@ -72,7 +70,6 @@ class Doubled:
     ) -> tuple[float, Signals, Signals]:
         """Return the error in units of what is allowed, the signals at r, and those half-way."""
         fmus, places = self.fmus, self.fmus.plan.network.fmus
-        self.tries += 1
         fmus.save(places, self._saved, tick.time(p))
         coarse = self.inner.over(tick, p, r, y, last)
         fmus.restore(places, self._saved)
@@ -88,7 +85,6 @@ class Doubled:
         return {j: y[j] for j in self._allowed}
 
     def _undo(self, tick: Tick, p: Place, depth: int, error: float) -> None:
-        self.undone += 1
         self.fmus.restore(self.fmus.plan.network.fmus, self._saved)
         if self.level == depth:
             signal = "" if self._worst is None else tick.plan.signals[self._worst]

@@ -1,11 +1,12 @@
 """An algebraic loop of Python blocks (and delays below one step), solved at each tick."""
 
+import math
 from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 
-from ...base.errors import RailcosimError
+from ...base.errors import ConvergenceError, RailcosimError
 from ..algorithms import Solver
 from ..blocks.delay import Delay
 from ..plan import Node, Plan
@@ -96,19 +97,29 @@ class LoopSolver:
                 )
             except (ArithmeticError, ValueError) as error:
                 raise BlockError(self._current) from error
+            except ConvergenceError:
+                self._require_finite(found[1])
+                raise
         after, trial = found
         return (*after, *(trial[j] for j in self.inside))
 
+    def _require_finite(self, trial: dict[int, Any]) -> None:
+        """Raise BlockError for the first block whose output made the others no numbers."""
+        for i in self._sequence:
+            node = self.nodes[i]
+            for port, j in zip(node.block.outputs, node.outputs, strict=True):
+                if not math.isfinite(trial[j]):
+                    raise BlockError(node.name) from ValueError(f"output '{port}' is {trial[j]!r}")
+
     def _torn(self, hits: Sequence[bool]) -> list[int]:
+        """Return the signals that are read, in the order of evaluation, before they are given."""
+        active = [self.nodes[i] for i in self._sequence if hits[i]]
+        to_come = {j for node in active for j in node.outputs}
         given: set[int] = set()
-        torn = {}
-        to_come = {
-            j for node, hit in zip(self.nodes, hits, strict=True) if hit for j in node.outputs
-        }
-        for node, hit in zip(self.nodes, hits, strict=True):
-            if hit:
-                torn |= dict.fromkeys(j for j in node.direct if j in to_come and j not in given)
-                given |= set(node.outputs)
+        torn: dict[int, None] = {}
+        for node in active:
+            torn |= dict.fromkeys(j for j in node.direct if j in to_come and j not in given)
+            given |= set(node.outputs)
         return list(torn)
 
     def _once(

@@ -3,6 +3,7 @@
 Places are exact parts of the tick, from 0 to 1; nothing accumulates.
 """
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from fractions import Fraction
@@ -36,12 +37,16 @@ class Tick:
 
     def time(self, place: Place) -> float:
         """Return the time (s) of a place."""
-        clock = self.plan.clock
-        return float(clock.start + (self.k + place) * clock.step)
+        # The fraction start + (k + place) · step in integers, divided once.
+        a, b, q = self.plan.clock.integers
+        n, d = place.numerator, place.denominator
+        return (a * d + (self.k * d + n) * b) / (q * d)
 
     def span(self, a: Place, b: Place) -> float:
         """Return the time (s) between two places."""
-        return float((b - a) * self.plan.clock.step)
+        step = self.plan.clock.step
+        parts = b.numerator * a.denominator - a.numerator * b.denominator
+        return parts * step.numerator / (b.denominator * a.denominator * step.denominator)
 
     def jumps(self) -> list[Place]:
         """Return the places of events inside the tick, in order."""
@@ -130,6 +135,8 @@ def evaluate(node: Node, state: Any, t: float, signals: Any) -> Any:
     block = node.block
     time = (t,) if block.timed else ()
     try:
+        if block.is_wire:
+            return block.passed(state, t, *(signals[j] for j in node.inputs))
         if node.inputs and block.feedthrough:
             return block.step(state, *time, *(signals[j] for j in node.inputs))[0]
         return block.output(state, *time)
@@ -138,7 +145,10 @@ def evaluate(node: Node, state: Any, t: float, signals: Any) -> Any:
 
 
 def _write(node: Node, result: Any, into: Any) -> None:
-    for j, value in zip(node.outputs, numbers(node, result), strict=True):
+    ports = zip(node.block.outputs, node.outputs, numbers(node, result), strict=True)
+    for port, j, value in ports:
+        if not math.isfinite(value):
+            raise BlockError(node.name) from ValueError(f"output '{port}' is {value!r}")
         into[j] = value
 
 

@@ -1,11 +1,12 @@
 """Where a run failed: the block, the tick, and a message that a user can act on."""
 
+import math
 import struct
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from ...base.errors import RailcosimError
+from ...base.errors import FmuError, RailcosimError
 from ..coupling.loop_solver import BlockError
 from ..plan import Plan
 
@@ -35,6 +36,8 @@ def message(plan: Plan, place: Place | None, tick: int, error: BaseException) ->
     """Return what failed, in words."""
     time = plan.clock.time(tick)
     at = f"failed at t = {time:.9g} s"
+    if isinstance(error, FmuError) and place is not None:
+        return f"{error}{_not_finite(plan, place.values)}"
     if isinstance(error, RailcosimError):
         return str(error)
     if isinstance(error, ObserverError):
@@ -47,6 +50,16 @@ def message(plan: Plan, place: Place | None, tick: int, error: BaseException) ->
             return what
     block = f"block '{place.node}'" if place is not None and place.node else "the diagram"
     return f"{block} {at}: {_words(error)}"
+
+
+def _not_finite(plan: Plan, values: Mapping[str, Any]) -> str:
+    """Say which signal is not finite: what an FMU was given may be why it failed."""
+    for i, signal in enumerate(plan.signals):
+        for register in (f"y{i}", f"a{i}"):
+            value = values.get(register, 0.0)
+            if isinstance(value, float) and not math.isfinite(value):
+                return f"; {signal} is {value!r}"
+    return ""
 
 
 def _words(error: BaseException) -> str:

@@ -45,6 +45,11 @@ def _description(path: Path, mtime: int, size: int) -> Any:
     return description
 
 
+def is_ours(description: Any) -> bool:
+    """Return whether railcosim made the FMU: then its steps end, and are never discarded."""
+    return str(description.generationTool or "").startswith("railcosim")
+
+
 def require_co_simulation(path: Path, description: Any) -> str:
     """Return the model identifier; raise FmuError if the FMU is not for co-simulation."""
     if description.coSimulation is None:

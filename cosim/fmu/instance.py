@@ -11,7 +11,14 @@ import numpy as np
 
 from ...base.errors import FmuError
 from .calls import TYPES, Functions, Group, slots
-from .file import LOADING, binary_of, extracted, read_description, require_co_simulation
+from .file import (
+    LOADING,
+    binary_of,
+    extracted,
+    is_ours,
+    read_description,
+    require_co_simulation,
+)
 from .log import callbacks, close_log, open_log, status_word
 from .retry import repeat
 
@@ -97,7 +104,7 @@ class FmuInstance:
         self.can_serialize = self.can_restore and bool(declared.canSerializeFMUstate)
         self.gives_directional = bool(declared.providesDirectionalDerivative)
         self.takes_slopes = bool(getattr(declared, "canInterpolateInputs", False))
-        self.is_ours = str(self.description.generationTool or "").startswith("railcosim")
+        self.is_ours = is_ours(self.description)
         self.retries = self.can_restore and not self.is_ours
 
     @property

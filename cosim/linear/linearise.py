@@ -19,6 +19,7 @@ import numpy as np
 from ...base.errors import DiagramError
 from ..blocks.delay import Delay
 from ..blocks.fmu import Fmu
+from ..blocks.variable_delay import VariableDelay
 from ..clock import Clock, rational
 from ..diagram import Diagram
 from ..fmu.instance import FmuInstance
@@ -133,6 +134,11 @@ def _linear(plan: Plan, place: int, point: _Point, *, is_first: bool) -> LinearB
         return delay_map(node, plan.clock)
     if isinstance(node.block, Fmu):
         return fmu_map(node, point.instances[node.name], plan.clock, point.time)
+    if isinstance(node.block, VariableDelay):
+        raise LinearisationError(
+            f"block '{node.name}': a VariableDelay is not linear in its delay; linearise with a "
+            "Delay of its present time in its place"
+        )
     inputs = [point.signals[i] for i in node.inputs]
     return python_map(node, point.states[place], inputs, point.time, is_first=is_first)
 

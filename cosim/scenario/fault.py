@@ -98,3 +98,10 @@ class FaultBlock(Block):
             if stage.begin <= t < stage.end:
                 u = stage.fault.act(u, t, x[i])
         return u, x
+
+    def passed(self, x: State, t: float, u: Any) -> Any:
+        """Return what the port carries within the step that began at t (s)."""
+        for stage, held in zip(self.stages, x, strict=True):
+            if stage.begin <= t < stage.end:
+                u = stage.fault.act(u, t, held)
+        return u

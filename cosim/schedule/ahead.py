@@ -87,14 +87,16 @@ def _between(plan: Plan, ahead: dict[int, str], changed: set[int]) -> list[Opera
         node = plan.nodes[i]
         if isinstance(node.block, Delay) or changed.isdisjoint(node.inputs):
             continue
+        results = _results([f"a{j}" for j in node.outputs])
+        inputs = (ahead.get(j, f"y{j}") for j in node.inputs)
+        if node.block.is_wire:
+            function, time, target = node.block.passed, "t", results
+        else:
+            function, time, target = node.block.step, "t1", (results, "_")
         call = Call(
-            function=node.block.step,
-            arguments=(
-                f"x{i}",
-                *((("t" if node.block.is_wire else "t1"),) if node.block.timed else ()),
-                *(ahead.get(j, f"y{j}") for j in node.inputs),
-            ),
-            results=(_results([f"a{j}" for j in node.outputs]), "_"),
+            function=function,
+            arguments=(f"x{i}", *((time,) if node.block.timed else ()), *inputs),
+            results=target,
             node=node.name,
         )
         operations.append(call)

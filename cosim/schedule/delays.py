@@ -5,7 +5,7 @@ from fractions import Fraction
 from typing import Any
 
 from ..blocks.delay import Delay
-from ..clock import Clock, rational
+from ..clock import Clock
 from ..plan import Node, Plan
 from .operations import Edge, Past
 
@@ -71,7 +71,7 @@ def delayed_within(
     """
     block = node.block
     assert isinstance(block, Delay)
-    place = k + offset - rational(block.time) / clock.step  # in the samples
+    place = k + offset - block.steps(clock.step)  # in the samples
     index = place.numerator // place.denominator
     part = float(place - index)
     if before and not part:
@@ -90,7 +90,7 @@ def jump_within(node: Node, ring: Any, k: int, step: Fraction) -> Fraction | Non
     """Return where in tick k (as a part of it) a delay's output jumps, if it does."""
     block = node.block
     assert isinstance(block, Delay)
-    steps = rational(block.time) / step
+    steps = block.steps(step)
     whole = steps.numerator // steps.denominator
     if steps == whole or k < whole:
         return None
