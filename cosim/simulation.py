@@ -1,6 +1,5 @@
 """A simulation that is going on: a diagram brought to some tick, to be taken further or saved."""
 
-import math
 import warnings
 from contextlib import suppress
 from fractions import Fraction
@@ -19,10 +18,12 @@ from .diagram import Diagram
 from .engine.choice import Engine, choose_engine
 from .engine.generate import generate
 from .engine.places import ObserverError, Place, message, no_number
+from .finite import first_made, not_finite
 from .fmu.instance import FmuInstance
 from .options import Options
 from .phases import Phases
 from .plan import Plan
+from .registers import at_start, carried
 from .results.pacing import Pacer
 from .results.recording import Recorder, Recording
 from .results.result import Run, SimulationError
@@ -57,7 +58,6 @@ class Simulation:
         self.ended = self._closed = False
         self._warnings: list[str] = []
         self._instances: dict[str, FmuInstance] = {}
-        self._ports: dict[str, tuple[str, ...]] = {}  # the outputs of each FMU
         self._pacer = None if options.pace is None else Pacer(options.pace, self._clock)
         self._recorder = Recorder(
             self._kept, self._plan.units, self._plan.types, self._clock,
@@ -82,7 +82,6 @@ class Simulation:
         for name, block in self._phases.diagram.blocks.items():
             if isinstance(block, Fmu):
                 self._instances[name] = block.instance(name)
-                self._ports[name] = tuple(block.outputs)
         self._compile()
         self._values = list(self._schedule.start)
         self._initialise(is_resumed=resume is not None)
@@ -130,17 +129,7 @@ class Simulation:
         except NotFiniteError as error:
             raise self._failure(str(error)) from None
         if not is_resumed:
-            self._first_values(signals())
-
-    def _first_values(self, signals: list[Any]) -> None:
-        """Give the registers of signals and their pasts the values at the start."""
-        values = dict(zip(self._schedule.registers, self._values, strict=True))
-        for j, value in enumerate(signals):
-            values[f"y{j}"] = value
-            for past in (f"p{j}", f"z{j}"):
-                if past in values:
-                    values[past] = value
-        self._values = list(values.values())
+            self._values = at_start(self._schedule, self._values, signals())
 
     def close(self) -> None:
         """Terminate and free the FMUs; what goes wrong in that becomes a warning."""
@@ -321,49 +310,27 @@ class Simulation:
         row = int(np.argwhere(bad)[0][0])
         tick = self._recorder.tick(self._recorder.rows + row)
         self._recorder.keep(row + 1)
-        column = min(np.flatnonzero(bad[row]), key=lambda c: self._rank(self._kept[c]))
-        value, time = float(rows[row, column]), self._clock.time(tick)
+        name = first_made(self._plan, (self._kept[c] for c in np.flatnonzero(bad[row])))
+        value, time = float(rows[row, self._kept.index(name)]), self._clock.time(tick)
         when = "at" if self._recorder.every == 1 else "at the latest at"
         self.tick = tick
-        raise self._failure(f"{self._kept[column]} is {value:g} {when} t = {time:.9g} s")
-
-    def _rank(self, signal: str) -> int:
-        """Return when in a tick a signal is made: the first wrong one made the others wrong."""
-        j = self._plan.signals.index(signal)
-        return next(i for i, node in enumerate(self._plan.nodes) if j in node.outputs)
+        raise self._failure(f"{name} is {value:g} {when} t = {time:.9g} s")
 
     def _require_finite(self) -> None:
         """Raise SimulationError for a signal that is not finite, recorded or not."""
         n = len(self._plan.nodes)
         signals = self._values[n : n + len(self._plan.signals)]
-        bad = [j for j, y in enumerate(signals) if isinstance(y, float) and not math.isfinite(y)]
-        if bad:
-            name = min((self._plan.signals[j] for j in bad), key=self._rank)
-            value = signals[self._plan.signals.index(name)]
-            when = f"at the latest at t = {self._clock.time(self.tick - 1):.9g} s"
-            raise self._failure(f"{name} is {value:g} {when}; record it to know when it began")
-        for block, instance in self._instances.items():
-            for port, value in zip(self._ports[block], instance.outputs(), strict=True):
-                if not math.isfinite(value):
-                    what = f"{block}.{port} is {value:g} at the latest at t = {self.time:.9g} s"
-                    raise self._failure(f"{what}; record it to know when it began")
+        outputs = {name: instance.outputs() for name, instance in self._instances.items()}
+        what = not_finite(self._plan, signals, outputs, self.tick)
+        if what is not None:
+            raise self._failure(what)
 
     def _cross(self) -> None:
         """Change over to the plan that holds from this tick on."""
         before = dict(zip(self._schedule.labels, self._values, strict=True))
         self._schedule.coupling.release()
         self._compile()
-        schedule = self._schedule
-        triples = zip(schedule.registers, schedule.labels, schedule.start, strict=True)
-        # Events are announced anew: a parameter may have moved them.
-        values = {
-            register: value if register[0] == "e" else before.get(label, value)
-            for register, label, value in triples
-        }
-        for register, value in values.items():
-            if register[0] == "p" and value is None:
-                values[register] = values[f"y{register[1:]}"]
-        self._values = list(values.values())
+        self._values = carried(before, self._schedule)
         self._change_fmus()
 
     def _change_fmus(self) -> None:

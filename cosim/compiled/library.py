@@ -9,13 +9,22 @@ import shutil
 import sys
 import sysconfig
 import tempfile
+from dataclasses import replace
 from functools import lru_cache
 from importlib import resources
 from pathlib import Path
 from typing import Any
 
 from ...base.cache import cache_folder, write_atomically
-from ...base.compilers import FLAGS, KIND_FLAGS, SUFFIXES, host_platform, machine, native_compiler
+from ...base.compilers import (
+    FLAGS,
+    KIND_FLAGS,
+    SUFFIXES,
+    Compiler,
+    host_platform,
+    machine,
+    native_compiler,
+)
 from ...base.errors import RailcosimError
 from . import structures as s
 
@@ -124,8 +133,16 @@ def _built(name: str) -> bytes:
     with tempfile.TemporaryDirectory(prefix="railcosim-") as folder:
         source, library = Path(folder, _SOURCE), Path(folder, name)
         source.write_bytes(_source())
-        native_compiler().shared_library(source, library)
+        _compiler().shared_library(source, library)
         return library.read_bytes()
+
+
+def _compiler() -> Compiler:
+    """Return a compiler; zig without its runtime, which takes long to build and is not needed."""
+    compiler = native_compiler()
+    if compiler.runtime is None or host_platform() != "linux64":
+        return compiler
+    return replace(compiler, runtime=None, library_flags=(*compiler.library_flags, "-nostdlib"))
 
 
 @lru_cache(maxsize=1)

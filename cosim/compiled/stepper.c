@@ -2,11 +2,11 @@
  *
  * One file for all diagrams: what there is to do stands in tables that Python has made (table.py; the
  * structures below have their twins in structures.py). Python's functions come as pointers, so that
- * neither its headers nor its library are needed, and nothing else is: no C library, no memory of
- * our own. The caller holds the interpreter's lock.
+ * neither its headers nor its library are needed; nor is a C library, or memory of our own. The caller
+ * holds the interpreter's lock.
  *
- * The results are those of the generated Python (generate.py), bit for bit. Plain floats, and the
- * ints that FMUs give, are computed with here; whatever else a block hands out goes through Python's own
+ * The results are those of the generated Python (generate.py), bit for bit. Plain floats, and the ints
+ * that FMUs give, are computed with here; whatever else a block hands out goes through Python's own
  * operators, with what these raise.
  */
 #include <stddef.h>
@@ -74,7 +74,8 @@ typedef struct {
 
 enum { K, T, TM, T1 }; /* the first registers: the tick, its start, middle and end (s) */
 
-/* Entries of `tuples` are a register, or −1 − where the entries of a tuple stand: their count and they. */
+/* An entry of `tuples` is a register, or −1 − the place where another tuple stands: its length and then
+ * its entries. */
 typedef struct {
     Object *function, *self; /* `self` comes first, if there is one */
     const int *tuples;       /* at 0 the arguments */
@@ -468,9 +469,8 @@ static int invoke(const FmuCall *c, double t, double span) {
     switch (c->kind) {
         case DO_STEP: return ((Step *)c->function)(c->component, t, span, c->flag);
         case TRANSFER: return ((Transfer *)c->function)(c->component, c->references, c->size, c->values);
-        default:
-            return ((TransferSlopes *)c->function)(c->component, c->references, c->size, c->orders, c->values);
     }
+    return ((TransferSlopes *)c->function)(c->component, c->references, c->size, c->orders, c->values);
 }
 
 /* Have Python raise what an FMU's status means. */
@@ -724,8 +724,8 @@ EXPORT Object *stepper_values(State *s) {
     return list;
 }
 
-/* Run the ticks k … end − 1 from the values of the living registers, and return those then. After a failure
- * the state tells where it was; call stepper_release in any case. */
+/* Run the ticks k … end − 1 from the values of the living registers, and return those then. After a
+ * failure the state tells where it was; call stepper_release in any case. */
 EXPORT Object *stepper_run(State *s, Object *values) {
     const Table *table = s->table;
     int i;
