@@ -98,6 +98,10 @@ def _parser() -> argparse.ArgumentParser:
     check.add_argument(
         "--tolerance", type=float, metavar="X", help="allowed error, relative to the signal's size"
     )
+    check.add_argument(
+        "--timeout", type=float, default=60.0, metavar="S",
+        help="time in s after which a call of the FMU is taken to hang (default: 60)",
+    )  # fmt: skip
 
     simulate = command("simulate", _simulate, "run one FMU, with inputs from a file")
     simulate.add_argument("fmu", metavar="FMU")
@@ -253,6 +257,7 @@ def _check(options: Any) -> int:
         step=options.step,
         stop=options.stop,
         tolerance=options.tolerance,
+        timeout=options.timeout,
     )
     print(report)
     return 0 if report.passed else 1

@@ -5,7 +5,7 @@ from concurrent.futures import ThreadPoolExecutor
 import numpy as np
 
 from ...base.errors import FmuError
-from ...cosim.fmu_file import number_of
+from ...cosim.fmu.file import number_of
 from .excitation import COARSE, SEED, Excitation
 from .gap import BEYOND, SMOOTH, Gap
 from .instance import CO_SIMULATION

@@ -1,7 +1,7 @@
 """Checks of the binaries: do they load, and do they belong to the description?"""
 
 from ...base.errors import FmuError
-from ...cosim.fmu_file import binary_of, extracted
+from ...cosim.fmu.file import binary_of, extracted
 from .report import Report
 from .subject import Subject
 

@@ -6,13 +6,15 @@ from pathlib import Path
 import numpy as np
 
 from ...base.errors import FileError, FmuError
-from ...cosim.fmu_file import read_description
+from ...cosim.fmu.file import read_description
 from ..simulate import span
 from ..tables import Table, read_table
 from .behaviour import check_instances, check_run, check_steps
 from .binaries import check_binary
+from .child import TIMEOUT, require_timeout
 from .equations import OwnEquations
 from .excitation import Excitation, from_table, grid, seeded
+from .heartbeat import Heartbeat
 from .initialization import check_initialization
 from .instance import CO_SIMULATION, MODEL_EXCHANGE
 from .models import check_exchange
@@ -37,7 +39,9 @@ def check(
     step: float | None = None,
     stop: float | None = None,
     tolerance: float | None = None,
+    timeout: float = TIMEOUT,
     findings: Path | None = None,
+    heartbeat: Heartbeat | None = None,
 ) -> Report:
     """Check an FMI 2.0 FMU, for co-simulation, model exchange or both, and return the report.
 
@@ -48,16 +52,21 @@ def check(
     independently. `step` and `stop` (s) default to the FMU's default experiment, `stop` to the
     reference's end. `tolerance` is the allowed error relative to a signal's largest magnitude
     (default 1e-6 against the equations, 1e-3 against a file), and decides also where two
-    solutions of the FMU's own are compared. `findings` is a file to which each finding is written
-    at once. An FMU that crashes takes this process with it: see `check_isolated`. Raise FmuError
-    or FileError for what cannot be read at all.
+    solutions of the FMU's own are compared. Raise FmuError or FileError for what cannot be read at
+    all.
+
+    An FMU that crashes or hangs takes this process with it, but for the calls in the second process
+    that goes on from serialized states: these may take `timeout` (s; infinity waits for ever). See
+    `check_isolated`, for which each finding is written at once to the file `findings`, and the
+    calls that run to `heartbeat`.
     """
+    require_timeout(timeout)
     if tolerance is not None and not tolerance > 0.0:
         raise FmuError(f"the tolerance must be positive, not {tolerance:g}")
     report = Report(path.name, part=THE_FILE, file=findings)
     if path.exists() and is_broken(path, report):
         return report
-    subject = Subject(path, read_description(path))
+    subject = Subject(path, read_description(path), timeout, heartbeat)
     report.name = _title(subject)
     check_structure(path, subject.description, report)
     try:

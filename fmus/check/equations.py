@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from ...base.errors import FmuError
-from ...cosim.fmu_file import start_of
+from ...cosim.fmu.file import start_of
 from ..building import EQUATIONS, VARIABLES
 from .excitation import Excitation
 from .subject import Subject

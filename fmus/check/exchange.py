@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from ...base.errors import FmuError
-from ...cosim.fmu_file import LOADING, extracted
+from ...cosim.fmu.file import LOADING, extracted
 from .excitation import Excitation
 from .gap import Gap
 from .instance import Instance

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from ...cosim.clock import Clock
-from ...cosim.fmu_file import number_of, start_of
+from ...cosim.fmu.file import number_of, start_of
 from ..simulate import Span
 from ..tables import Table
 from .subject import Subject

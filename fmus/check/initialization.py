@@ -6,7 +6,7 @@ from contextlib import contextmanager
 import numpy as np
 
 from ...base.errors import FmuError
-from ...cosim.fmu_file import start_of
+from ...cosim.fmu.file import start_of
 from .derivatives import Dependencies, Slopes
 from .excitation import SEED, Excitation
 from .instance import Instance

@@ -1,7 +1,7 @@
 """An instance of an FMU for either interface, with the calls that a check needs."""
 
 import os
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from ctypes import c_double
 from pathlib import Path
 from typing import Any
@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 
 from ...base.errors import FmuError
-from ...cosim.fmu_calls import TYPES
-from ...cosim.fmu_file import binary_of, extracted
-from ...cosim.fmu_instance import FmuInstance
+from ...cosim.fmu.calls import TYPES, Functions
+from ...cosim.fmu.file import binary_of, extracted
+from ...cosim.fmu.instance import FmuInstance
 
 CO_SIMULATION, MODEL_EXCHANGE = "co-simulation", "model exchange"
 FATAL = 4
@@ -42,7 +42,8 @@ class Instance(FmuInstance):
         library = binary_of(self.path, d, found.modelIdentifier)
         here = Path.cwd()
         try:
-            self.fmu: Any = (FMU2Slave if self.interface == CO_SIMULATION else FMU2Model)(
+            self.fmu: Any = self._open(
+                FMU2Slave if self.interface == CO_SIMULATION else FMU2Model,
                 guid=guid,
                 modelIdentifier=found.modelIdentifier,
                 unzipDirectory=str(extracted(self.path)),
@@ -55,6 +56,10 @@ class Instance(FmuInstance):
         finally:
             os.chdir(here)  # FMPy changes it and, on failure, does not change it back
 
+    def _open(self, kind: Callable[..., Any], **arguments: Any) -> Any:
+        """Load the library."""
+        return kind(**arguments)
+
     def _capabilities(self) -> None:
         super()._capabilities()
         self.retries = False  # a check wants to see what the FMU discards
@@ -63,17 +68,9 @@ class Instance(FmuInstance):
         if self.interface == CO_SIMULATION:
             super()._prepare()
             return
-
-        def each(verb: str, groups: list[Any]) -> None:
-            for g in groups:
-                name = f"fmi2{verb}{g.suffix}"
-                function = getattr(self.fmu.dll, name)
-                status = function(self.component, g.references, g.size, g.values)
-                if status > 1:
-                    self.fail(name, status)
-
-        self.put = lambda: each("Set", self._in)
-        self.fetch = lambda: each("Get", self._out)
+        functions = Functions(self.fmu.dll, self.fmu.component, holds_gil=False)
+        self.puts = [group.call(functions, "Set") for group in self._in]
+        self.gets = [group.call(functions, "Get") for group in self._out]
 
     def _error(self, what: str) -> FmuError:
         return FmuError(f"{what}: {self.words()}")

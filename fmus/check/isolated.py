@@ -1,7 +1,6 @@
-"""A check in a process of its own: an FMU that crashes ends that process, and the report says so.
+"""A check in a process of its own: an FMU that crashes or hangs ends that process only.
 
-Run as `python -m railcosim.fmus.check.isolated JOB RESULT FINDINGS`; the files are pickles between
-a parent and its own child.
+Run as `python -m railcosim.fmus.check.isolated FOLDER`.
 """
 
 import pickle
@@ -10,55 +9,66 @@ import tempfile
 from pathlib import Path
 from typing import Any
 
-from ...base.errors import RailcosimError
-from .child import end_of, run_module
+from .child import TIMEOUT, Answer, require_timeout, run_module
+from .heartbeat import Heartbeat
 from .report import Report
+from .serving import serve
+
+_FINDINGS = "findings"
 
 
-def check_isolated(path: Path, **options: Any) -> Report:
+def check_isolated(path: Path, *, timeout: float = TIMEOUT, **options: Any) -> Report:
     """Check as `check` does, in a second process.
 
-    Raise what `check` raises. After a crash the report has what was found before.
+    Each call of the FMU may take `timeout` (s; infinity waits for ever). One that takes longer
+    ends the process, as a crash does; the report then says so, and has what was found before.
+    Raise what `check` raises.
     """
-    with tempfile.TemporaryDirectory(prefix="railcosim-") as folder:
-        job, result, findings = (Path(folder, name) for name in ("job", "result", "findings"))
-        job.write_bytes(pickle.dumps((path.absolute(), options)))
+    require_timeout(timeout)
+    with tempfile.TemporaryDirectory(prefix="railcosim-", ignore_cleanup_errors=True) as name:
+        folder = Path(name)
+        findings = folder / _FINDINGS
         findings.touch()
-        done = run_module(__name__, job, result, findings, capture=False)
-        if result.exists():
-            found = pickle.loads(result.read_bytes())
-            if isinstance(found, RailcosimError):
-                raise found
-            return found
-        return _broken_off(path, findings, done.returncode)
+        job = path.absolute(), findings, {**options, "timeout": timeout}
+        answer = run_module(__name__, folder, job, timeout=timeout)
+        if answer.result is None:
+            return _broken_off(path, findings, answer)
+    report: Report = answer.result
+    if answer.fault:
+        report.part = "the process"
+        _add(report, answer, " after the last check")
+    return report
 
 
-def _broken_off(path: Path, findings: Path, code: int) -> Report:
+def _broken_off(path: Path, findings: Path, answer: Answer) -> Report:
+    """Return a report with what was found before, and with what ended the process."""
     report = Report(path.name)
     with findings.open("rb") as stream:
         while stream.peek(1):
             report.findings.append(pickle.load(stream))
     last = report.findings[-1] if report.findings else None
     report.part = last.part if last is not None else ""
-    after = f" after '{last.rule}'" if last is not None else ""
-    report.add("crash", [f"the process that ran the FMU {end_of(code)}{after}"], "")
-    report.skip("the rest", "the FMU ends the process")
+    for call in answer.running:
+        report.part = call.part or report.part
+    _add(report, answer, f" after '{last.rule}'" if last is not None else "")
+    why = "the FMU does not return" if answer.overdue else "the FMU ends the process"
+    report.skip("the rest", why)
     return report
 
 
-def main(job: str, result: str, findings: str) -> None:
-    """Check, and write the report or the error."""
+def _add(report: Report, answer: Answer, after: str) -> None:
+    words = f"the process that ran the FMU {answer.fault}{after}{answer.line}"
+    report.add("time-out" if answer.overdue else "crash", [words], "")
+
+
+def _work(job: Any, heartbeat: Heartbeat) -> Report:
     from .checking import check
 
-    path, options = pickle.loads(Path(job).read_bytes())
-    found: Report | RailcosimError
-    try:
-        found = check(path, findings=Path(findings), **options)
-        found.file = None
-    except RailcosimError as error:
-        found = error
-    Path(result).write_bytes(pickle.dumps(found))
+    path, findings, options = job
+    report = check(path, findings=findings, heartbeat=heartbeat, **options)
+    report.file = None
+    return report
 
 
 if __name__ == "__main__":
-    main(*sys.argv[1:])
+    serve(Path(sys.argv[1]), _work)

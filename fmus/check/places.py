@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from ...base.errors import FmuError
-from ...cosim.fmu_file import number_of
+from ...cosim.fmu.file import number_of
 from .excitation import bounds
 from .instance import Instance
 from .subject import Subject

@@ -8,7 +8,7 @@ from typing import Any
 from xml.etree import ElementTree
 
 from ...base.errors import FmuError
-from ...cosim.fmu_file import number_of
+from ...cosim.fmu.file import number_of
 from ..building import DESCRIPTION, VARIABLES, guid_of, is_hashed
 from ..code import GUID_MARK
 from .report import Report

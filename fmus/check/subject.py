@@ -8,18 +8,27 @@ from pathlib import Path
 from typing import Any
 
 from ...base.errors import FmuError
-from ...cosim.fmu_file import binary_of, number_of, unit_of
-from ...cosim.fmu_instance import TYPES
+from ...cosim.fmu.file import binary_of, number_of, unit_of
+from ...cosim.fmu.instance import TYPES
 from ..building import EQUATIONS, VARIABLES
+from .child import TIMEOUT
+from .heartbeat import Heartbeat
 from .instance import CO_SIMULATION, MODEL_EXCHANGE, Instance
+from .watched import WatchedInstance
 
 
 @dataclass(frozen=True)
 class Subject:
-    """An FMU and its description; `watched` names all that a run records, the outputs first."""
+    """An FMU and its description; `watched` names all that a run records, the outputs first.
+
+    `timeout` (s) is what each call in a second process may take. In `heartbeat` instances say which
+    call is running, where another process watches this one.
+    """
 
     path: Path
     description: Any
+    timeout: float = TIMEOUT
+    heartbeat: Heartbeat | None = None
 
     @cached_property
     def interfaces(self) -> dict[str, Any]:
@@ -108,7 +117,10 @@ class Subject:
 
     def instance(self, interface: str, name: str = "check", *, guid: str | None = None) -> Instance:
         """Return a fresh instance for an interface."""
-        return Instance(self.path, interface, name, list(self.inputs), self.watched, guid=guid)
+        ports = list(self.inputs), self.watched
+        if self.heartbeat is None:
+            return Instance(self.path, interface, name, *ports, guid=guid)
+        return WatchedInstance(self.heartbeat, self.path, interface, name, *ports, guid=guid)
 
     def require_binaries(self) -> None:
         """Raise FmuError if an interface lacks its library for this machine, or there is none."""

@@ -4,7 +4,7 @@ from collections import Counter, defaultdict
 from typing import Any
 
 from ...base.errors import FmuError
-from ...cosim.fmu_file import number_of, start_of, unit_of
+from ...cosim.fmu.file import number_of, start_of, unit_of
 from .report import Report
 
 

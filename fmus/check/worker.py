@@ -1,25 +1,23 @@
 """A second process that goes on from serialized states.
 
-Run as `python -m railcosim.fmus.check.worker JOB RESULT`; both files are pickles between a
-parent and its own child.
+Run as `python -m railcosim.fmus.check.worker FOLDER`.
 """
 
-import pickle
-import subprocess
 import sys
 import tempfile
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from ...base.errors import FmuError
-from ...cosim.fmu_file import read_description
-from .child import end_of, run_module
+from ...cosim.fmu.file import read_description
+from .child import run_module
 from .continuation import Continuation, run_from_bytes
+from .heartbeat import Heartbeat
+from .serving import serve
 from .subject import Subject
-
-TIMEOUT = 120.0  # s
 
 
 def run_elsewhere(
@@ -29,23 +27,22 @@ def run_elsewhere(
 
     Raise FmuError if that process does not come to its end.
     """
-    with tempfile.TemporaryDirectory(prefix="railcosim-") as folder:
-        job, result = Path(folder, "job"), Path(folder, "result")
-        job.write_bytes(pickle.dumps((subject.path, interface, list(tasks))))
+    with tempfile.TemporaryDirectory(prefix="railcosim-", ignore_cleanup_errors=True) as folder:
+        job = subject.path, interface, list(tasks)
         try:
-            done = run_module(__name__, job, result, timeout=TIMEOUT)
-        except subprocess.TimeoutExpired:
-            raise FmuError(f"the second process did not end within {TIMEOUT:g} s") from None
-        if done.returncode or not result.exists():
-            words = done.stderr.strip().splitlines()
-            raise FmuError(f"the second process {end_of(done.returncode)}: {' '.join(words[-1:])}")
-        return pickle.loads(result.read_bytes())
+            # In this process's group: what ends this one ends that one.
+            answer = run_module(__name__, Path(folder), job, timeout=subject.timeout, leads=False)
+        except FmuError as error:
+            raise FmuError(f"the second process: {error}") from error
+    if answer.fault:
+        raise FmuError(f"the second process {answer.fault}{answer.line}")
+    return answer.result
 
 
-def main(job: str, result: str) -> None:
+def _work(job: Any, heartbeat: Heartbeat) -> list[np.ndarray | str]:
     """Run the tasks of a job, each in an instance of its own that is not initialized."""
-    path, interface, tasks = pickle.loads(Path(job).read_bytes())
-    subject = Subject(path, read_description(path))
+    path, interface, tasks = job
+    subject = Subject(path, read_description(path), heartbeat=heartbeat)
     found = []
     only_once = subject.declares(interface, "canBeInstantiatedOnlyOncePerProcess")
     instance = None
@@ -57,8 +54,8 @@ def main(job: str, result: str) -> None:
         found.append(run_from_bytes(instance, task))
     if instance is not None:
         instance.close()
-    Path(result).write_bytes(pickle.dumps(found))
+    return found
 
 
 if __name__ == "__main__":
-    main(*sys.argv[1:])
+    serve(Path(sys.argv[1]), _work)

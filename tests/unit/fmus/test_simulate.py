@@ -95,7 +95,7 @@ def test_damage_anywhere_in_the_archive_is_one_clear_error(tmp_path: Path, train
         path = tmp_path / "m.fmu"
         path.write_bytes(data[:place] + bytes([data[place] ^ 0x09]) + data[place + 1 :])
         try:
-            from railcosim.cosim.fmu_file import read_description
+            from railcosim.cosim.fmu.file import read_description
             from railcosim.fmus.check.report import Report
             from railcosim.fmus.check.structure import check_structure
 
