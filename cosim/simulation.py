@@ -226,6 +226,8 @@ class Simulation:
         """
         if not is_time(until):
             raise DiagramError(f"advance() needs a time in s, not {until!r}")
+        if self.ended:
+            raise DiagramError(f"an observer has ended the simulation at t = {self.time:.9g} s")
         what = "advance: until − start" if self._clock.start else "advance: until"
         ticks = self._clock.ticks(rational(until) - self._clock.start, what)
         if ticks < self.tick:

@@ -53,6 +53,10 @@ class Doubled:
                 self.level += 1
             size = whole >> self.level
             p, r = (a + (b - a) * n / whole for n in (place, place + size))
+            if tick.time((p + r) / 2) in (tick.time(p), tick.time(r)):
+                # An event a rounding error away from a tick: there is nothing to divide.
+                y, place = self.inner.over(tick, p, r, y, last), place + size
+                continue
             error, after, middle = self._try(tick, p, r, y, last)
             if not error <= 1.0:
                 self._undo(tick, p, depth, error)

@@ -9,6 +9,7 @@ import numpy as np
 from ...base.errors import ConvergenceError, RailcosimError
 from ..algorithms import Solver
 from ..blocks.delay import Delay
+from ..order import ordered
 from ..plan import Node, Plan
 from ..schedule.delays import delayed
 from .algebraic import solve, start_values
@@ -48,16 +49,24 @@ class LoopSolver:
         self.plan, self.solver = plan, solver
         self.nodes = [plan.nodes[i] for i in loop]
         self.inside = [j for node in self.nodes for j in node.outputs]
-        # A guess is for an unknown: such blocks come last, so that others read before they give.
-        guessed = [i for i, node in enumerate(self.nodes) if self._is_guessed(node)]
-        others = [i for i in range(len(self.nodes)) if i not in guessed]
-        self._sequence = (*others, *guessed)
+        self._sequence = self._ordered()
         read = dict.fromkeys(j for node in self.nodes for j in node.inputs)
         self.outside = [j for j in read if j not in self.inside]
         self._current = ""
 
-    def _is_guessed(self, node: Node) -> bool:
-        return any(self.plan.signals[j] in self.solver.guess for j in node.outputs)
+    def _ordered(self) -> tuple[int, ...]:
+        """Return the order of evaluation: one in which what has a guess is read before given."""
+        signals, guess = self.plan.signals, self.solver.guess
+        guessed = {j for j in self.inside if signals[j] in guess}
+        if not guessed:
+            return tuple(range(len(self.nodes)))
+        maker = {j: node.name for node in self.nodes for j in node.outputs}
+        needs = {
+            node.name: {maker[j] for j in node.direct if j in maker and j not in guessed}
+            for node in self.nodes
+        }
+        place = {node.name: i for i, node in enumerate(self.nodes)}
+        return tuple(place[name] for group in ordered(needs) for name in group)
 
     def solve(self, k: int, *values: Any) -> tuple[Any, ...]:
         """Return (states, signals inside) of tick k, from states, signals outside and inside.
@@ -98,13 +107,14 @@ class LoopSolver:
             except (ArithmeticError, ValueError) as error:
                 raise BlockError(self._current) from error
             except ConvergenceError:
+                around(np.array(guess))
                 self._require_finite(found[1])
                 raise
         after, trial = found
         return (*after, *(trial[j] for j in self.inside))
 
     def _require_finite(self, trial: dict[int, Any]) -> None:
-        """Raise BlockError for the first block whose output made the others no numbers."""
+        """Raise BlockError for the first block that gives nan or infinity from the start."""
         for i in self._sequence:
             node = self.nodes[i]
             for port, j in zip(node.block.outputs, node.outputs, strict=True):
@@ -148,6 +158,6 @@ class LoopSolver:
                 trial |= zip(node.outputs, numbers(node, result), strict=True)
             except (BlockError, ArithmeticError, ValueError, RailcosimError):
                 raise
-            except Exception as error:
+            except (Exception, SystemExit) as error:
                 raise BlockError(node.name) from error
         return after

@@ -140,7 +140,7 @@ def evaluate(node: Node, state: Any, t: float, signals: Any) -> Any:
         if node.inputs and block.feedthrough:
             return block.step(state, *time, *(signals[j] for j in node.inputs))[0]
         return block.output(state, *time)
-    except Exception as error:
+    except (Exception, SystemExit) as error:
         raise BlockError(node.name) from error
 
 

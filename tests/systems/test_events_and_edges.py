@@ -174,7 +174,6 @@ def test_a_users_own_events(algorithm, half: float) -> None:
         assert run["plant.x"] == pytest.approx(triangle, abs=1e-12)
 
 
-
 @pytest.mark.parametrize("algorithm", CONTINUOUS, ids=names)
 @pytest.mark.parametrize("jump", [0.5, 0.55])
 def test_a_profile_with_a_jump(algorithm, jump: float) -> None:
