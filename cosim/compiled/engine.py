@@ -53,16 +53,17 @@ class CompiledEngine:
         try:
             return self.library.run(address, values)
         except BaseException:
-            self._place = self._where(state)
+            self._place = self._where(state, registers)
             raise
         finally:
             self.library.release(address)
 
-    def _where(self, state: Any) -> Place:
+    def _where(self, state: Any, registers: Any) -> Place:
         values = self.library.values(ctypes.addressof(state))
         node = self.table.nodes[state.operation] if state.operation >= 0 else None
         recorded = state.operation > self.table.record
         named = dict(zip(self.table.living, values, strict=True))
+        named |= {name: s.value_of(registers[i]) for name, i in self.table.ahead.items()}
         return Place(node, state.k, recorded, {**named, "k": state.k})
 
     def where(self, error: BaseException) -> Place | None:

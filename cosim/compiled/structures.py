@@ -1,6 +1,16 @@
 """The twins of stepper.c's structures: same fields, same order."""
 
-from ctypes import Structure, c_double, c_int, c_longlong, c_size_t, c_ssize_t, c_void_p
+from ctypes import (
+    Structure,
+    c_double,
+    c_int,
+    c_longlong,
+    c_size_t,
+    c_ssize_t,
+    c_void_p,
+    cast,
+    py_object,
+)
 from typing import Any
 
 # Python's C API as stepper.c calls it, in the order of its `Python`; then the types that it knows.
@@ -154,3 +164,15 @@ ALL = (
     Python, Register, Call, Slot, Read, Input, FmuCall, Advance, Past, Keep, Move, Line, Announce,
     Test, Branch, Record, Operation, Table, State,
 )  # fmt: skip
+
+
+def value_of(register: Any) -> Any:
+    """Return what a register holds: an object, a float, a whole number; 0.0 where it is empty."""
+    match register.kind:
+        case 1:
+            return cast(register.object, py_object).value
+        case 2:
+            return register.number
+        case 3:
+            return register.whole
+    return 0.0

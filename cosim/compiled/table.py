@@ -62,6 +62,8 @@ class Table:
         self._add_all((record, *after, *schedule.updates))
         used = used_times((*before, *schedule.outputs, *after, *schedule.updates))
         self.registers = len(self._registers)
+        # What signals are at a step's end, of use after a failure.
+        self.ahead = {name: i for name, i in self._registers.items() if name.startswith("a")}
         self.stack = self._depth + 1
         self.address = self._address(
             s.Table(

@@ -62,7 +62,6 @@ BROKEN: dict[str, Any] = {
     "array": np.ones(2),
     "complex": 1j,
 }
-UNNAMED = pytest.mark.xfail(strict=True, reason="the stepper names the block that reads it")
 WAYS = ["raises", "exits", *BROKEN]
 
 
@@ -83,9 +82,7 @@ def test_a_block_of_a_solved_loop_is_named(loops: Any, how: str, engine: str) ->
 @in_both_engines
 @pytest.mark.parametrize("how", WAYS)
 @pytest.mark.parametrize("algorithm", ACROSS, ids=named)
-def test_a_block_between_fmus_is_named(
-    algorithm: Any, how: str, engine: str, request: pytest.FixtureRequest
-) -> None:
+def test_a_block_between_fmus_is_named(algorithm: Any, how: str, engine: str) -> None:
     fmu = build(plants.integrator())
     diagram = Diagram("between", step=0.1)
     diagram.add("one", Constant(1.0, unit="1/s"))
@@ -95,9 +92,6 @@ def test_a_block_between_fmus_is_named(
     diagram.add("unit", Gain(1.0, input_unit="1", unit="1/s"))
     for ports in (("one.y", "i.u"), ("i.x", "a.u"), ("a.y", "unit.u"), ("unit.y", "j.u")):
         diagram.connect(*ports)
-    works = how in ("raises", "exits")
-    if engine == "compiled" and algorithm == ACROSS[1] and not works:
-        request.applymarker(UNNAMED)
     with pytest.raises(SimulationError, match=r"block 'a' |\ba\.y is ") as caught:
         diagram.run(1.0, algorithm=algorithm, engine=engine)
     assert caught.value.run.time.tolist()[:3] == [0.0, 0.1, 0.2]
