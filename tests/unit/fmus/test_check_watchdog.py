@@ -208,7 +208,7 @@ def test_a_slow_fmu_is_no_hanging_one(stuck: Path, honest: Report, ask: Ask, fun
     ask(function, "slow")
     began = time.monotonic()
     report = check_isolated(stuck, timeout=1.0)
-    assert time.monotonic() - began > 2.0
+    assert time.monotonic() - began > 1.0  # the whole takes longer than one call may
     assert report.findings == honest.findings
 
 
