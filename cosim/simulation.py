@@ -330,8 +330,10 @@ class Simulation:
     def _cross(self) -> None:
         """Change over to the plan that holds from this tick on."""
         before = dict(zip(self._schedule.labels, self._values, strict=True))
+        steps = self._schedule.coupling.fmus.steps
         self._schedule.coupling.release()
         self._compile()
+        self._schedule.coupling.fmus.steps = steps
         self._values = carried(before, self._schedule)
         self._change_fmus()
 

@@ -17,6 +17,8 @@ from .stepping import Fmus, InOrder, Repeated, Stepper, coupled_signals
 from .within import Last, Tick
 
 _START, _END = Fraction(0), Fraction(1)
+# Of a tick: over less the outputs differ by rounding alone, which is no slope to go by.
+_LEAST = Fraction(1, 1 << 30)
 
 
 class Coupling:
@@ -69,9 +71,11 @@ class Coupling:
                 )
 
     def tick(self, k: int, memory: tuple[Any, ...], *values: Any) -> tuple[Any, ...]:
-        """Step the FMUs over tick k; `memory` and what is returned: see `_remembered`.
+        """Step the FMUs over tick k.
 
-        `values` are the signals, then the states of the blocks between FMUs.
+        `values` are the signals, then the states of the blocks between FMUs. `memory`, and what is
+        returned for the next tick, are the span of the last step as a fraction of the tick, the
+        level of step-size control, and the FMUs' outputs before that step.
         """
         last: Last | None = None
         if memory:
@@ -93,11 +97,6 @@ class Coupling:
         """
         last = Last(_END, dict(zip(self.extrapolated, before, strict=True))) if before else None
         self._over(k, last, values)
-        span = float(self.plan.clock.step)
-        for i in self.plan.network.fmus:
-            instance = self.fmus.instances[self.plan.nodes[i].name]
-            if instance.steps_inline:
-                instance.span.value = span
 
     def release(self) -> None:
         """Free the FMU states that were kept for repeating steps."""
@@ -115,7 +114,7 @@ class Coupling:
             after = self.stepper.over(tick, a, b, y, last)
             if self.doubled is not None and self.doubled.last is not None:
                 last = self.doubled.last
-            else:
+            elif b - a > _LEAST:
                 last = Last(b - a, {j: y[j] for j in self._outputs})
             y = after
         assert last is not None

@@ -138,6 +138,10 @@ class Repeated:
     fmus: Fmus
     algorithm: Iterated
 
+    def __post_init__(self) -> None:
+        plan = self.fmus.plan
+        self._unknown = {c: coupled_signals(plan, c) for c in plan.network.circles}
+
     def over(self, tick: Tick, a: Place, b: Place, y: Signals, last: Last | None) -> Signals:
         """Step the FMUs from a to b."""
         plan = self.fmus.plan
@@ -153,7 +157,7 @@ class Repeated:
 
     def _circle(
         self,
-        circle: Sequence[int],
+        circle: tuple[int, ...],
         tick: Tick,
         a: Place,
         b: Place,
@@ -161,7 +165,7 @@ class Repeated:
         ahead: dict[int, Any],
     ) -> dict[int, Any]:
         plan = self.fmus.plan
-        unknown = coupled_signals(plan, circle)
+        unknown = self._unknown[circle]
         outputs: dict[int, Any] = {}
 
         def step(values: Mapping[int, Any]) -> None:

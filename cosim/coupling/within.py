@@ -86,7 +86,10 @@ class Tick:
         return self.time(Place(0)) if node.block.is_wire else t
 
     def ahead(self, a: Place, b: Place, y: Signals, last: Last | None) -> dict[int, Any]:
-        """Return extrapolations to b of what is known about signals at a; see `ahead`."""
+        """Return what continuous signals are taken to be at b, from what is known at a.
+
+        The rules are those of straight-line code: see schedule/ahead.py.
+        """
         found: dict[int, Any] = {}
         if last is not None:
             ratio = float((b - a) / last.span)

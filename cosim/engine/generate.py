@@ -232,8 +232,6 @@ class _Text:
         instance = operation.instance
         fail = self.name("fail", instance.fail)
         clock, span = self.name("clock", instance.clock), operation.span
-        # The span's cell is set once: no one else steps the instance over another span but
-        # Coupling.split, which puts it back.
         instance.span.value = span
         slopes = instance.slope_puts if sloped else []
         self.add(depth, f"{clock}.value = t")

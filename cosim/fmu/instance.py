@@ -117,7 +117,7 @@ class FmuInstance:
         functions = Functions(self.fmu.dll, self.fmu.component, holds_gil=self.is_ours)
         self.puts = [group.call(functions, "Set") for group in self._in]
         self.gets = [group.call(functions, "Get") for group in self._out]
-        self.clock, self.span = c_double(), c_double()
+        self.clock, self.span = c_double(), c_double()  # of steps made inline, by `step`
         # An FMU that can restore its state may be asked to: it must not forget what was before.
         step = (self.clock, self.span, 0 if self.can_restore else 1)
         self.step = functions.call("fmi2DoStep", *step)
@@ -185,9 +185,8 @@ class FmuInstance:
 
     def try_step(self, t: float, h: float) -> int:
         """Call fmi2DoStep from t over h (s) and return its status, whatever it is."""
-        self.clock.value, self.span.value = t, h
-        function, arguments, _ = self.step
-        return function(*arguments)
+        function, (component, _, _, keeps_past), _ = self.step
+        return function(component, c_double(t), c_double(h), keeps_past)
 
     # Life
 

@@ -2,7 +2,6 @@
 
 import weakref
 from collections.abc import Sequence
-from ctypes import c_double
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NoReturn
 
@@ -49,7 +48,6 @@ class IsolatedInstance:
         self.description = read_description(path)
         self.time = 0.0
         self.sloped = False  # whether the latest step had slopes
-        self.span = c_double()  # of steps made inline: none are, here
         with LOADING:
             binary_of(path, self.description)
             folder = extracted(path)

@@ -1,6 +1,7 @@
 """Result files, .parquet and .csv: written some rows at a time, read when asked for."""
 
 import json
+from abc import ABC, abstractmethod
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
@@ -56,7 +57,7 @@ def table_writer(
     return _ParquetWriter(path, columns, kinds, units, meta)
 
 
-class _Writer:
+class _Writer(ABC):
     """What the two have in common: the temporary name, and errors of the system as FileError."""
 
     def __init__(self, path: Path, columns: Sequence[str], kinds: Sequence[str]) -> None:
@@ -93,10 +94,11 @@ class _Writer:
             words = error.strerror or error
             raise FileError(f"cannot write {self.path}: {words}") from error
 
+    @abstractmethod
     def _append(self, time: np.ndarray, values: np.ndarray) -> None:
-        raise NotImplementedError
+        """Write some rows."""
 
-    def _end(self, meta: Mapping[str, Any]) -> None:
+    def _end(self, meta: Mapping[str, Any]) -> None:  # noqa: B027 (a text file has none)
         """Write what belongs to the file's end."""
 
 
@@ -179,7 +181,7 @@ def stored(path: Path, columns: Sequence[str], times: Times) -> "_Stored":
     return made(path, columns, times.count, times)
 
 
-class _Stored:
+class _Stored(ABC):
     """Rows in a file. Its times and all its values are kept once they have been asked for."""
 
     def __init__(
@@ -217,12 +219,13 @@ class _Stored:
         """Return all of it, in memory."""
         return InMemory(self.time, [self.values])
 
+    @abstractmethod
     def pieces(self) -> Iterator[tuple[np.ndarray, np.ndarray]]:
         """Return times and values, some rows at a time."""
-        raise NotImplementedError
 
+    @abstractmethod
     def _read(self, name: str) -> np.ndarray:
-        raise NotImplementedError
+        """Return one column."""
 
     @contextmanager
     def _reading(self) -> Iterator[None]:

@@ -25,6 +25,8 @@ from railcosim import (
     Ramp,
     Recording,
     Run,
+    Scenario,
+    SetDelay,
     Simulation,
     SimulationError,
     Step,
@@ -280,3 +282,10 @@ def test_a_jump_a_rounding_after_a_tick(algorithm: Any) -> None:
     diagram.connect("source.y", "i.u")
     run = diagram.run(1.0, algorithm=algorithm)
     assert run["i.x"] == pytest.approx([max(0.0, k / 10 - 0.3) for k in range(11)], abs=1e-12)
+
+
+def test_steps_are_counted_over_all_changes_of_a_scenario() -> None:
+    """Step doubling makes three steps of a tick at least."""
+    scenario = Scenario([SetDelay("link", 0.7, at=10.0)])
+    run = noisy().run(20.0, algorithm=StepDoubling(), scenario=scenario)
+    assert run.info["steps"] >= 3 * 200
