@@ -70,3 +70,31 @@ def slots(names: Sequence[str], groups: Sequence[Group]) -> list[tuple[Any, int,
         for i, name in enumerate(group.names)
     }
     return [found[name] for name in names]
+
+
+class PortArrays:
+    """An instance's ports as slots of arrays, (array, index, conversion) each in the ports' order.
+
+    `slope_slots` are the places of the inputs' first derivatives in `slope_values`, None for an
+    input that is no real.
+    """
+
+    input_slots: list[tuple[Any, int, Any]]
+    output_slots: list[tuple[Any, int, Any]]
+    slope_slots: list[int | None]
+    slope_values: Any
+
+    def inputs(self, values: Sequence[float]) -> None:
+        """Write input values, in the ports' order, where put() and advance() take them."""
+        for (array, i, convert), value in zip(self.input_slots, values, strict=True):
+            array[i] = convert(value) if convert else value
+
+    def slopes(self, values: Sequence[float]) -> None:
+        """Write the inputs' first derivatives, in the ports' order, for advance_sloped()."""
+        for i, value in zip(self.slope_slots, values, strict=True):
+            if i is not None:
+                self.slope_values[i] = value
+
+    def outputs(self) -> tuple[float, ...]:
+        """Return the outputs last fetched, in the ports' order."""
+        return tuple(float(array[i]) for array, i, _ in self.output_slots)

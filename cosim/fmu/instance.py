@@ -10,7 +10,7 @@ from typing import Any, NoReturn
 import numpy as np
 
 from ...base.errors import FmuError
-from .calls import TYPES, Functions, Group, slots
+from .calls import TYPES, Functions, Group, PortArrays, slots
 from .file import (
     LOADING,
     binary_of,
@@ -25,7 +25,7 @@ from .retry import repeat
 DISCARD, FATAL = 2, 4
 
 
-class FmuInstance:
+class FmuInstance(PortArrays):
     """One instance of an FMU, from instantiation to free; all failures are FmuError.
 
     `inputs` and `outputs` name the ports, each with an array slot: `slots(names)`.
@@ -215,21 +215,6 @@ class FmuInstance:
         """Bring the instance back to where it was after instantiation."""
         self._running = False
         self._call("reset")
-
-    def inputs(self, values: Sequence[float]) -> None:
-        """Write input values, in the ports' order, where put() and advance() take them."""
-        for (array, i, convert), value in zip(self.input_slots, values, strict=True):
-            array[i] = convert(value) if convert else value
-
-    def slopes(self, values: Sequence[float]) -> None:
-        """Write the inputs' first derivatives, in the ports' order, for advance_sloped()."""
-        for i, value in zip(self.slope_slots, values, strict=True):
-            if i is not None:
-                self.slope_values[i] = value
-
-    def outputs(self) -> tuple[float, ...]:
-        """Return the outputs last fetched, in the ports' order."""
-        return tuple(float(array[i]) for array, i, _ in self.output_slots)
 
     def close(self) -> str | None:
         """Terminate and free the instance; return what went wrong in that, if anything."""

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, NoReturn
 
 from ...base import errors
 from ...base.errors import FmuError
-from ..fmu.calls import CONVERSIONS, TYPES
+from ..fmu.calls import CONVERSIONS, TYPES, PortArrays
 from ..fmu.file import LOADING, binary_of, extracted, read_description
 from . import messages as m
 from .process import LostError, Process
@@ -21,7 +21,7 @@ _INTERRUPTED = 1.0  # s that a call has for returning after Ctrl-C
 _AFTER_STEP = ("fmi2GetReal", "fmi2GetInteger", "fmi2GetBoolean")
 
 
-class IsolatedInstance:
+class IsolatedInstance(PortArrays):
     """One instance of an FMU whose library only another process loads.
 
     An FMU that crashes, exits or hangs ends that process and is an FmuError here, like everything
@@ -146,21 +146,6 @@ class IsolatedInstance:
         """Get the outputs."""
         self._exchange(self._request(m.FETCH))
         self._fetched[self._given] = self._process.reply[self._given]
-
-    def inputs(self, values: Sequence[float]) -> None:
-        """Write input values, in the ports' order, where put() and advance() take them."""
-        for (array, i, convert), value in zip(self.input_slots, values, strict=True):
-            array[i] = convert(value) if convert else value
-
-    def slopes(self, values: Sequence[float]) -> None:
-        """Write the inputs' first derivatives, in the ports' order, for advance_sloped()."""
-        for i, value in zip(self.slope_slots, values, strict=True):
-            if i is not None:
-                self.slope_values[i] = value
-
-    def outputs(self) -> tuple[float, ...]:
-        """Return the outputs last fetched, in the ports' order."""
-        return tuple(float(array[i]) for array, i, _ in self.output_slots)
 
     # Life
 
