@@ -185,8 +185,12 @@ class FmuInstance(PortArrays):
 
     def try_step(self, t: float, h: float) -> int:
         """Call fmi2DoStep from t over h (s) and return its status, whatever it is."""
-        function, (component, _, _, keeps_past), _ = self.step
-        return function(component, c_double(t), c_double(h), keeps_past)
+        inline = self.span.value  # what steps made inline count on
+        self.clock.value, self.span.value = t, h
+        function, arguments, _ = self.step
+        status = function(*arguments)
+        self.span.value = inline
+        return status
 
     # Life
 
