@@ -7,8 +7,9 @@ import numpy as np
 import pytest
 
 from railcosim.base.errors import ParameterError
-from railcosim.controllers import Mamdani, Sugeno, Triangles
+from railcosim.controllers import Gaussians, Mamdani, Sugeno, Triangles
 from railcosim.controllers.fuzzy import centroid, rule_table, sampled_centroid
+from railcosim.controllers.fuzzy.sets import UniformSets
 from railcosim.controllers.rules import GAIN_RULES, SEVEN, SPEED_RULES, SWITCHING_RULES
 
 
@@ -19,7 +20,7 @@ def triangle(y: np.ndarray, peak: float | np.ndarray, width: float) -> np.ndarra
 def brute_force(base: Mamdani, row: float, column: float, samples: int = 200_001) -> float:
     """Min-max inference by its definition, over a sampled outline (trapezoidal rule)."""
 
-    def degrees(sets: Triangles, value: float) -> np.ndarray:
+    def degrees(sets: UniformSets, value: float) -> np.ndarray:
         value = min(max(value, sets.low), sets.high)
         peaks = np.linspace(sets.low, sets.high, len(sets.labels))
         return triangle(np.asarray(value), peaks, peaks[1] - peaks[0])
@@ -80,6 +81,21 @@ def test_takagi_sugeno_by_its_definition() -> None:
         assert product(e, ec) == pytest.approx((w * numbers).sum() / w.sum(), abs=1e-13)
 
 
+@pytest.mark.parametrize("conjunction", ["min", "prod"])
+def test_takagi_sugeno_of_gaussians_by_its_definition(conjunction) -> None:
+    rows = Gaussians(-1.0, 1.0, SWITCHING_RULES.rows.labels, 0.2)
+    columns = Gaussians(-1.0, 1.0, SWITCHING_RULES.columns.labels)  # cross at one half
+    base = Sugeno(rows, columns, SWITCHING_RULES.rules, conjunction)
+    numbers, combine = np.array(base.rules), np.minimum if conjunction == "min" else np.multiply
+    generator = random.Random(6)
+    for _ in range(500):
+        e, ec = generator.uniform(-1.3, 1.3), generator.uniform(-1.3, 1.3)
+        a = np.exp(-((np.clip(e, -1, 1) - np.linspace(-1, 1, 6)) ** 2) / (2 * 0.2**2))
+        b = 0.5 ** (((np.clip(ec, -1, 1) - np.linspace(-1, 1, 5)) / 0.25) ** 2)
+        w = combine.outer(a, b)
+        assert base(e, ec) == pytest.approx((w * numbers).sum() / w.sum(), abs=1e-13)
+
+
 # The tables as the paper's text prints them, line by line behind the row's label.
 TABLE_1 = """NB NB NB NM NM NS NS ZO NM NB NM NM NS NS ZO PS NS NM NM NS NS ZO PS PS ZO NM NS NS ZO
 PS PS PM PS NS NS ZO PS PS PM PM PM NS ZO PS PS PM PM PB PB ZO PS PS PM PM PB PB"""
@@ -133,10 +149,16 @@ def test_mistakes_in_a_rule_base_are_found_when_it_is_built() -> None:
         Mamdani(sets, sets, sets, ((0, 1),))
     with pytest.raises(ParameterError, match="does not exist"):
         Mamdani(sets, sets, sets, ((0, 1), (1, 2)))
-    with pytest.raises(ParameterError, match="'centroid' or 'sampled'"):
+    with pytest.raises(ParameterError, match="'centroid', 'bisector'"):
         Mamdani(sets, sets, sets, ((0, 1), (1, 1)), "mean")  # type: ignore[arg-type]  # pyright: ignore
     with pytest.raises(ParameterError, match="'min' or 'prod'"):
         Sugeno(sets, sets, ((0.0, 1.0), (1.0, 1.0)), "max")  # type: ignore[arg-type]  # pyright: ignore
+    narrow = Gaussians(-1.0, 1.0, ("N", "P"), 0.2)  # exp(−12.5) midway between the peaks
+    with pytest.raises(ParameterError, match="sets of the columns leave gaps.*widen sigma"):
+        Mamdani(sets, narrow, sets, ((0, 1), (1, 1)))
+    with pytest.raises(ParameterError, match="sets of the rows leave gaps"):
+        Sugeno(narrow, sets, ((0.0, 1.0), (1.0, 1.0)))
+    Mamdani(sets, sets, narrow, ((0, 1), (1, 1)))  # as an output's they may be
     with pytest.raises(ParameterError, match="low must lie below"):
         Triangles(1.0, 1.0, ("N", "P"))
     with pytest.raises(ParameterError, match="two or more sets"):

@@ -15,6 +15,7 @@ from railcosim.controllers import PID, FuzzySpeed, SingleNeuron, SoftSwitching
 from railcosim.controllers.rules import SPEED_RULES
 from railcosim.fmus import trace
 from railcosim.fmus.tracing import flat
+from tests.tracing import largest_difference
 
 CONTROLLERS: dict[str, Block] = {
     "pid": PID(kp=6.65, ti=2.83, td=0.707),
@@ -50,24 +51,6 @@ def random_state(block: Block, generator: random.Random) -> Any:
         neuron = random_state(block.neuron, generator)
         return (state[0], neuron, state[2], float(generator.random() < 0.1))
     return state
-
-
-def largest_difference(block: Block, states: list[Any], inputs: list[tuple[float, ...]]) -> float:
-    """Return the largest difference of outputs and next states over all points."""
-    traced = trace(block)
-    x = np.array([flat(s) for s in states]).reshape(len(states), -1).T
-    u = np.array(inputs).T
-    mapped = traced.map(len(states))
-    y, x_next = mapped(ca.DM(x), ca.DM(u), ca.DM(0, len(states)))
-    found = np.vstack([np.array(ca.densify(y)), np.array(ca.densify(x_next))]).T
-    worst = 0.0
-    for row, state, values in zip(found, states, inputs, strict=True):
-        outputs, following = block.step(state, *values)
-        expected = [*(outputs if isinstance(outputs, tuple) else (outputs,)), *flat(following)]
-        for a, b in zip(row.tolist(), expected, strict=True):
-            scale = max(1.0, abs(b))  # the neuron's weights grow without bound
-            worst = max(worst, abs(a - b) / scale)
-    return worst
 
 
 @pytest.mark.parametrize("name", CONTROLLERS)
