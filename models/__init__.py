@@ -10,9 +10,12 @@ from ..base.lazy import lazy
 from .catalogue import PLANTS, catalogue
 
 if TYPE_CHECKING:
+    from .dc_drive import dc_drive_train
     from .plant import Plant
     from .second_order import second_order_train
+    from .second_order_on_line import second_order_train_on_line
     from .solver import DormandPrince, Rodas, RungeKutta4, SemiImplicitEuler
+    from .stopping import stopping_train
 
 __all__ = [
     "DormandPrince",
@@ -21,7 +24,10 @@ __all__ = [
     "RungeKutta4",
     "SemiImplicitEuler",
     "catalogue",
+    "dc_drive_train",
     "second_order_train",
+    "second_order_train_on_line",
+    "stopping_train",
 ]
 
 _SOLVERS = ("DormandPrince", "Rodas", "RungeKutta4", "SemiImplicitEuler")

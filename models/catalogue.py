@@ -19,6 +19,18 @@ PLANTS = {
         "second_order",
         "train speed as an identified second-order system (gain, wn, damping)",
     ),
+    "second_order_train_on_line": (
+        "second_order_on_line",
+        "the same with a position, a friction brake and a standstill",
+    ),
+    "dc_drive_train": (
+        "dc_drive",
+        "separately excited DC motors and their train, the physics of the above",
+    ),
+    "stopping_train": (
+        "stopping",
+        "train before a stopping mark: lagged brake and traction, emergency brake",
+    ),
 }
 
 

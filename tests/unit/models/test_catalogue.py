@@ -2,8 +2,11 @@ from pathlib import Path
 
 import pytest
 
+from railcosim import models
 from railcosim.base.errors import FileError, RailcosimError
-from railcosim.models.catalogue import PLANTS, plant_named
+from railcosim.fmus import build
+from railcosim.fmus.check import check
+from railcosim.models.catalogue import PLANTS, catalogue, plant_named
 
 CART = """
 from railcosim.models import Plant
@@ -24,6 +27,20 @@ def broken():
 @pytest.mark.parametrize("name", PLANTS)
 def test_every_plant_can_be_had(name: str) -> None:
     assert plant_named(name.replace("_", "-")).name == name
+
+
+@pytest.mark.parametrize("name", PLANTS)
+def test_every_plant_s_fmu_passes_its_check(name: str) -> None:
+    report = check(build(plant_named(name)))
+    assert report.passed, str(report)
+    assert not report.unchecked, str(report)
+
+
+def test_the_catalogue_is_what_the_package_exports() -> None:
+    assert list(catalogue()) == list(PLANTS)
+    for name in PLANTS:
+        assert name in models.__all__
+        assert getattr(models, name)().name == name
 
 
 def test_a_users_file(tmp_path: Path) -> None:
