@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from .blocks.noise import Noise
     from .blocks.profile import Profile
     from .blocks.pulse import Pulse
+    from .blocks.quantiser import Quantiser
     from .blocks.ramp import Ramp
     from .blocks.saturation import Saturation
     from .blocks.step import Step
@@ -60,6 +61,7 @@ _HOME = {
     "Pace": "results.pacing",
     "Profile": "blocks.profile",
     "Pulse": "blocks.pulse",
+    "Quantiser": "blocks.quantiser",
     "Ramp": "blocks.ramp",
     "Recording": "results.recording",
     "Run": "results.result",
@@ -99,6 +101,7 @@ __all__ = [
     "Pace",
     "Profile",
     "Pulse",
+    "Quantiser",
     "Ramp",
     "Recording",
     "Run",
