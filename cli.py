@@ -163,7 +163,14 @@ def _run(options: Any) -> int:
     from .studies.case import run_cases, with_overrides
     from .studies.metrics import UNITS
     from .studies.registry import study_named
-    from .studies.results import prepare, write_data, write_figure, write_ledger, write_run
+    from .studies.results import (
+        prepare,
+        write_data,
+        write_figure,
+        write_ledger,
+        write_run,
+        write_tables,
+    )
 
     began = perf_counter()
     study = study_named(options.study)
@@ -175,6 +182,7 @@ def _run(options: Any) -> int:
     prepare(folder)
     results = run_cases(study.name, cases, UNITS)
     write_data(folder, results)
+    write_tables(folder, results, study.tables)
     ledger = []
     if not results.failure:
         ledger = study.judge(results)
@@ -188,28 +196,42 @@ def _run(options: Any) -> int:
     if results.failure:
         raise RailcosimError(f"{results.failure}; the runs up to there are in {folder}")
     _print_summary(results, ledger)
-    print(f"\n{len(results.runs)} runs, {seconds:.1f} s; results in {folder}")
+    print(f"\n{results.count} runs, {seconds:.1f} s; results in {folder}")
     return 0
 
 
 def _print_summary(results: "Results", ledger: list[Any]) -> None:
     for experiment, rows in results.metrics.items():
-        metrics = list(next(iter(rows.values())))
-        heads = [f"{name} [{results.units[name]}]" for name in metrics]
-        width = max(len(name) for name in rows)
         print(f"\n{experiment}")
-        print("  " + " " * width + "".join(f"  {head:>{max(len(head), 9)}}" for head in heads))
-        for controller, row in rows.items():
-            cells = "".join(
-                f"  {_cell(row[name]):>{max(len(head), 9)}}"
-                for name, head in zip(metrics, heads, strict=True)
-            )
-            print(f"  {controller:{width}}{cells}")
+        width = max(len(name) for name in rows)
+        for names in _blocks(list(next(iter(rows.values()))), results.units, 98 - width):
+            heads = [f"{name} [{results.units[name]}]" for name in names]
+            print("  " + " " * width + "".join(f"  {head:>9}" for head in heads))
+            for controller, row in rows.items():
+                cells = "".join(
+                    f"  {_cell(row[name]):>{max(len(head), 9)}}"
+                    for name, head in zip(names, heads, strict=True)
+                )
+                print(f"  {controller:{width}}{cells}")
     print("\nThe paper's claims")
     for entry in ledger:
-        print(f"  {entry.claim}")
+        print(textwrap.fill(entry.claim, 100, initial_indent="  ", subsequent_indent="  "))
         for text in (entry.verdict, f"({entry.measured})"):
             print(textwrap.fill(text, 100, initial_indent=" " * 6, subsequent_indent=" " * 6))
+
+
+def _blocks(names: list[str], units: dict[str, str], width: int) -> list[list[str]]:
+    """Return the metrics in blocks whose columns fit into a width."""
+    blocks: list[list[str]] = [[]]
+    left = width
+    for name in names:
+        needed = max(len(f"{name} [{units[name]}]"), 9) + 2
+        if needed > left and blocks[-1]:
+            blocks.append([])
+            left = width
+        blocks[-1].append(name)
+        left -= needed
+    return blocks
 
 
 def _cell(value: float | None) -> str:

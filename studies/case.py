@@ -34,6 +34,21 @@ class Case:
         """The experiment's and controller's name."""
         return f"{self.experiment}-{self.controller}"
 
+    @property
+    def count(self) -> int:
+        """How many runs it takes."""
+        return 1
+
+    def collect(self, results: Results, progress: Callable[[int], object]) -> None:
+        """Run, and put what came out into the results, also when the run ends early."""
+        try:
+            run = self.diagram.run(self.stop, record=self.record, progress=False)
+        except SimulationError as error:
+            results.add(self, error.run, {})
+            raise
+        results.add(self, run, self.measure(run))
+        progress(1)
+
 
 def with_overrides(cases: Sequence[Case], overrides: Mapping[str, Any]) -> list[Case]:
     """Return the cases with "block.parameter" values set wherever that parameter exists.
@@ -99,16 +114,12 @@ def run_cases(study: str, cases: Sequence[Case], units: Mapping[str, str]) -> Re
     from tqdm import tqdm
 
     results = Results(study, dict(units))
-    with tqdm(cases, desc=study, unit=" runs", delay=2.0, disable=None, leave=False) as bar:
-        for case in bar:
+    total = sum(case.count for case in cases)
+    with tqdm(total=total, desc=study, unit=" runs", delay=2.0, disable=None, leave=False) as bar:
+        for case in cases:
             bar.set_postfix_str(case.name)
             try:
-                run = case.diagram.run(case.stop, record=case.record, progress=False)
-                results.add(case, run, case.measure(run))
-            except SimulationError as error:
-                results.add(case, error.run, {})
-                results.failure = f"{case.name}: {error}"
-                break
+                case.collect(results, bar.update)
             except RailcosimError as error:
                 results.failure = f"{case.name}: {error}"
                 break

@@ -19,6 +19,30 @@ UNITS = {
     "dip": "%",
     "rebound": "%",
     "recovery_time": "s",
+    "stop_error": "cm",
+    "mean_stop_error": "cm",
+    "sd_stop_error": "cm",
+    "largest_stop_error": "cm",
+    "within_10_cm": "%",
+    "stop_jolt": "m/s2",
+    "control_travel": "cm",
+    "running_time": "s",
+    "least_margin": "m/s",
+    "mean_least_margin": "m/s",
+    "emergency_at": "s",
+    "end_speed": "m/s",
+    "end_position": "m",
+    "warnings": "1",
+    "interventions": "1",
+    "emergencies": "1",
+    "violations": "1",
+    "standing": "1",
+    "runs": "1",
+    "max_acceleration": "m/s2",
+    "rms_acceleration": "m/s2",
+    "max_jerk": "m/s3",
+    "rms_jerk": "m/s3",
+    "control_reversals": "1",
 }
 
 
@@ -46,29 +70,32 @@ def _inside_from(time: np.ndarray, error: np.ndarray, band: float) -> float | No
     return float(time[i] + (a - band) / (a - b) * (time[i + 1] - time[i]))
 
 
-def step_response(time: np.ndarray, signal: np.ndarray, reference: np.ndarray) -> Metrics:
-    """Return the metrics of the reference's step from 0, counted from the time it happens (s).
+def step_response(
+    time: np.ndarray, signal: np.ndarray, reference: np.ndarray, *, start: float = 0.0
+) -> Metrics:
+    """Return the metrics of the reference's step from `start`, counted from when it happens (s).
 
     rise_time: from 10 to 90 % of the step; settling_time: from when on the error stays within
-    2 % of it, for the last 5 s at least; overshoot: highest value above it, in percent;
-    steady_state_error: mean of the error over the last 5 s, in percent; iae, itae: integrals of
-    |e| and t·|e|. Without a step, or with one that does not stay, all are None.
+    2 % of it, for the last 5 s at least; overshoot: furthest value beyond it, in percent of the
+    step; steady_state_error: mean of the error over the last 5 s, likewise; iae, itae: integrals
+    of |e| and t·|e|. Without a step, or with one that does not stay, all are None.
     """
     target = float(reference[-1])
+    height = target - start
     apart = np.nonzero(reference != target)[0]
     first = int(apart[-1]) + 1 if len(apart) else 0
-    if target == 0.0 or first == len(time) or np.any(reference[:first] != 0.0):
+    if height == 0.0 or first == len(time) or np.any(reference[:first] != start):
         names = ("rise_time", "settling_time", "overshoot", "steady_state_error", "iae", "itae")
         return dict.fromkeys(names)
     t, y = time[first:] - time[first], signal[first:]
-    error = target - y
-    low, high = (_crossing(t, y / target, level) for level in (0.1, 0.9))
+    error, share = target - y, (y - start) / height
+    low, high = (_crossing(t, share, level) for level in (0.1, 0.9))
     final = t >= t[-1] - FINAL
     return {
         "rise_time": None if low is None or high is None else high - low,
-        "settling_time": _inside_from(t, error, BAND * abs(target)),
-        "overshoot": max(0.0, 100.0 * float(np.max(y / target) - 1.0)),
-        "steady_state_error": 100.0 * float(np.mean(error[final])) / target,
+        "settling_time": _inside_from(t, error, BAND * abs(height)),
+        "overshoot": max(0.0, 100.0 * float(np.max(share) - 1.0)),
+        "steady_state_error": 100.0 * float(np.mean(error[final])) / height,
         "iae": float(np.trapezoid(np.abs(error), t)),
         "itae": float(np.trapezoid(t * np.abs(error), t)),
     }

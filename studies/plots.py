@@ -17,16 +17,22 @@ COLOURS = {
     "neuron_fixed": "#999999",
     "composite": "#D55E00",
     "composite_literal": "#CC79A7",
+    "universe": "#0072B2",
+    "scaling": "#CC79A7",
+    "adaptive": "#D55E00",
 }
 NAMES = {
     "reference": "reference",
     "pid_zn": "PID, Ziegler-Nichols",
     "pid_simc": "PID, SIMC",
-    "fuzzy": "fuzzy",
+    "fuzzy": "fuzzy (conventional)",
     "neuron": "single neuron, K tuned",
     "neuron_fixed": "single neuron, K fixed",
     "composite": "composite (soft switching)",
     "composite_literal": "composite, literal",
+    "universe": "variable universe only",
+    "scaling": "γ only",
+    "adaptive": "adaptive (both)",
 }
 
 
@@ -53,7 +59,7 @@ def label(axis: "Axes", x: str, y: str) -> None:
 
 def style(controller: str) -> dict[str, Any]:
     """Return line style and name of a controller's curve."""
-    heavy = controller == "composite"
+    heavy = controller in ("composite", "adaptive")
     return {
         "color": COLOURS.get(controller),
         "label": NAMES.get(controller, controller),

@@ -3,6 +3,7 @@
 from collections.abc import Callable
 from dataclasses import dataclass
 from importlib import import_module
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ..base.errors import RailcosimError, listing, suggest
@@ -13,9 +14,17 @@ if TYPE_CHECKING:
     from .results import Results
 
 
+def no_tables(folder: Path) -> list[Path]:
+    """Write nothing."""
+    return []
+
+
 @dataclass(frozen=True)
 class Study:
-    """A study's face: what it runs, how it judges the paper, what it draws."""
+    """A study's face: what it runs, how it judges the paper, what it draws.
+
+    `tables` writes tables that need no run into a folder and returns their files.
+    """
 
     name: str
     title: str
@@ -23,13 +32,22 @@ class Study:
     cases: "Callable[[], list[Case]]"
     judge: "Callable[[Results], list[Entry]]"
     figures: "Callable[[Results], dict[str, Any]]"
+    tables: Callable[[Path], list[Path]] = no_tables
 
 
 # name -> (module, one line)
 STUDIES = {
+    "adaptive-fuzzy": (
+        ".adaptive_fuzzy",
+        "adaptive fuzzy speed regulation with a variable universe, under ATP",
+    ),
     "soft-switching": (
         ".soft_switching",
         "T-S fuzzy soft switching between fuzzy and single-neuron PID speed control",
+    ),
+    "station-stop": (
+        ".station_stop",
+        "stopping at a platform mark by an offline fuzzy query table",
     ),
 }
 

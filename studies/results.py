@@ -3,7 +3,7 @@
 import json
 import platform
 import sys
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass, field, is_dataclass
 from datetime import UTC, datetime
 from importlib.metadata import version
@@ -14,7 +14,10 @@ from ..base.errors import FileError
 from ..cosim.results.result import Run
 
 if TYPE_CHECKING:
+    import pandas as pd
+
     from .case import Case
+    from .ensemble import Ensemble
     from .ledger import Entry
 
 PACKAGES = ("railcosim", "casadi", "FMPy", "numpy", "scipy", "pandas", "matplotlib", "pyarrow")
@@ -28,11 +31,17 @@ class Results:
     units: dict[str, str]
     metrics: dict[str, dict[str, dict[str, float | None]]] = field(default_factory=dict)
     runs: dict[tuple[str, str], Run] = field(default_factory=dict)
+    samples: "dict[tuple[str, str], pd.DataFrame]" = field(default_factory=dict)  # of ensembles
     parameters: dict[str, dict[str, dict[str, Any]]] = field(default_factory=dict)
     seeds: dict[str, dict[str, int]] = field(default_factory=dict)
     fmus: dict[str, str] = field(default_factory=dict)
     failure: str | None = None
     written: list[str] = field(default_factory=list)  # files of the results folder
+
+    @property
+    def count(self) -> int:
+        """How many runs there were, those of ensembles included."""
+        return sum(len(self.samples.get(key, "1")) for key in self.runs)
 
     def add(self, case: "Case", run: Run, metrics: dict[str, float | None]) -> None:
         """Take in one run."""
@@ -50,6 +59,18 @@ class Results:
         if case.seeds:
             self.seeds[case.name] = dict(case.seeds)
         self.fmus |= _guids(case)
+
+    def add_samples(self, case: "Ensemble", rows: list[dict[str, Any]]) -> None:
+        """Take in what an ensemble's runs gave, one row each, and its summary if all are there."""
+        import pandas as pd
+
+        frame = pd.DataFrame(rows)
+        units = {"run": "1", **self.units, **case.units}
+        frame.attrs["units"] = {name: units[name] for name in frame.columns}
+        self.samples[case.experiment, case.controller] = frame
+        self.seeds[case.name] = {"ensemble": case.seed}
+        if len(rows) == case.runs:
+            self.metrics.setdefault(case.experiment, {})[case.controller] = case.summarise(frame)
 
     def get(self, experiment: str, controller: str, metric: str) -> float | None:
         """Return a metric; None where it was not measured or has no value."""
@@ -93,13 +114,32 @@ def _written(folder: Path) -> list[str]:
 
 
 def write_data(folder: Path, results: Results) -> None:
-    """Write metrics.json and traces/."""
+    """Write metrics.json, traces/ and samples/."""
     for (experiment, controller), run in results.runs.items():
         name = f"traces/{experiment}-{controller}.parquet"
         run.save(folder / name)
         results.written.append(name)
+    for (experiment, controller), frame in results.samples.items():
+        name = f"samples/{experiment}-{controller}.parquet"
+        _write_samples(folder / name, frame)
+        results.written.append(name)
     results.written.append("metrics.json")
     _write_json(folder / "metrics.json", {"units": results.units, "experiments": results.metrics})
+
+
+def _write_samples(path: Path, frame: "pd.DataFrame") -> None:
+    """Write an ensemble's table; each column's unit goes into its field's metadata."""
+    import pyarrow as pa
+    import pyarrow.parquet as pq
+
+    table = pa.Table.from_pandas(frame, preserve_index=False)
+    units = frame.attrs["units"]
+    fields = [f.with_metadata({"unit": units[f.name]}) for f in table.schema]
+    try:
+        path.parent.mkdir(exist_ok=True)
+        pq.write_table(table.cast(pa.schema(fields)), path)
+    except OSError as error:
+        raise FileError(f"cannot write {path}: {error.strerror or error}") from error
 
 
 def write_run(
@@ -133,6 +173,16 @@ def write_ledger(folder: Path, results: Results, ledger: "list[Entry]") -> None:
     """Write ledger.json."""
     results.written.append("ledger.json")
     _write_json(folder / "ledger.json", [asdict(entry) for entry in ledger])
+
+
+def write_tables(folder: Path, results: Results, write: Callable[[Path], list[Path]]) -> None:
+    """Let a study write its tables into tables/."""
+    target = folder / "tables"
+    try:
+        files = write(target)
+    except OSError as error:
+        raise FileError(f"cannot write to {target}: {error.strerror or error}") from error
+    results.written += [f"tables/{file.name}" for file in files]
 
 
 def write_figure(folder: Path, results: Results, name: str, figure: Any) -> None:

@@ -8,6 +8,7 @@ from ...cosim import Block, Constant, Delay, Diagram, Fmu, Profile, Pulse, Run, 
 from ...fmus import build
 from ...models import second_order_train
 from ..case import Case
+from ..comfort import comfort
 from ..metrics import Metrics, disturbance_response, step_response, tracking
 from .controllers import LINE_UP, VARIANT_OWN, VARIANTS
 
@@ -24,6 +25,7 @@ PULSE_WIDTH, PULSE_HEIGHT = 15.0, -0.2  # s and control units, at the plant's in
 PULSES = {"pulse": 20.0, "pulse_late": 60.0}  # s; at 60 s the single neuron has settled too
 
 STEP = Step(to=1.0, unit="m/s")
+SWING = 0.2  # control units, 1 % of ±10: a smaller turn of u is no reversal
 QUIET = Constant(0.0, unit="1")
 
 
@@ -74,18 +76,21 @@ class Experiment:
         )
 
 
+def _comfort(run: Run) -> Metrics:
+    return comfort(run.time, run["train.acceleration"], run["controller.u"], swing=SWING)
+
+
 def _step(run: Run) -> Metrics:
-    return step_response(run.time, run["train.speed"], run["reference.y"])
+    return step_response(run.time, run["train.speed"], run["reference.y"]) | _comfort(run)
 
 
 def _pulse(run: Run) -> Metrics:
-    return disturbance_response(
-        run.time, run["train.speed"], run["reference.y"], run["disturbance.y"]
-    )
+    signals = (run["train.speed"], run["reference.y"], run["disturbance.y"])
+    return disturbance_response(run.time, *signals) | _comfort(run)
 
 
 def _profile(run: Run) -> Metrics:
-    return tracking(run.time, run["train.speed"], run["reference.y"])
+    return tracking(run.time, run["train.speed"], run["reference.y"]) | _comfort(run)
 
 
 def delay_name(delay: float) -> str:

@@ -85,3 +85,16 @@ def test_without_a_step_or_disturbance_there_is_nothing_to_measure() -> None:
         assert set(step_response(T, ONE, reference).values()) == {None}
     for disturbance in (0.0 * ONE, ONE):
         assert set(disturbance_response(T, ONE, ONE, disturbance).values()) == {None}
+
+
+def test_a_step_down_from_a_speed() -> None:
+    """10 → 7 m/s by a first-order lag that undershoots by a tenth: counted from 10, not from 0."""
+    found = step_response(T, 7.0 + 3.0 * np.exp(-T), 7.0 * ONE, start=10.0)
+    assert found["rise_time"] == pytest.approx(math.log(9.0), abs=1e-4)
+    assert found["settling_time"] == pytest.approx(math.log(50.0), abs=1e-4)
+    assert found["overshoot"] == 0.0
+    assert found["iae"] == pytest.approx(3.0, rel=1e-4)
+    low = step_response(T, 6.7 + 3.3 * np.exp(-T), 7.0 * ONE, start=10.0)
+    assert low["overshoot"] == pytest.approx(10.0, abs=1e-6)
+    assert low["steady_state_error"] == pytest.approx(-10.0, abs=1e-6)
+    assert step_response(T, 7.0 * ONE, 7.0 * ONE, start=7.0)["rise_time"] is None
