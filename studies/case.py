@@ -54,13 +54,18 @@ def with_overrides(cases: Sequence[Case], overrides: Mapping[str, Any]) -> list[
     """Return the cases with "block.parameter" values set wherever that parameter exists.
 
     Parameters that an experiment itself sets stay as they are there. An override that fits no
-    case at all, or whose value is refused, raises that error.
+    case at all, or only such that set it themselves, or whose value is refused, raises that error.
     """
     changed = list(cases)
     for spelling, value in overrides.items():
         fitting = [i for i, case in enumerate(changed) if _has(case, spelling)]
         if not fitting:
             raise _refusal(changed, spelling)
+        if all(spelling in changed[i].own for i in fitting):
+            names = listing(dict.fromkeys(changed[i].experiment for i in fitting))
+            raise ParameterError(
+                f"{spelling} makes {names} what it is, and no other run has it: it cannot be set"
+            )
         for i in fitting:
             case = changed[i]
             if spelling not in case.own:

@@ -197,7 +197,7 @@ def test_two_runs_are_bit_identical(folder: Path) -> None:
 
 
 def test_overrides_leave_what_makes_an_experiment() -> None:
-    values = {"controller.ku": 20.0, "train.speed": 3.0, "controller.limits": (-5.0, 5.0)}
+    values = {"controller.ku": 20.0, "controller.limits": (-5.0, 5.0)}
     found = {c.name: c.diagram.blocks for c in with_overrides(cases(), values)}
     assert found["regulation-adaptive"]["controller"].parameters()["ku"] == 20.0
     assert found["regulation_absolute_30-adaptive"]["controller"].parameters()["ku"] == 30.0

@@ -8,6 +8,7 @@ from typing import Any
 import pytest
 
 from railcosim import Run
+from railcosim.base.errors import ParameterError
 from railcosim.cli import main
 from railcosim.studies.case import run_cases, with_overrides
 from railcosim.studies.metrics import UNITS
@@ -184,11 +185,15 @@ def test_two_runs_are_bit_identical(folder: Path) -> None:
         assert run.values.tobytes() == first.values.tobytes()
 
 
+def test_what_only_experiments_set_cannot_be_overridden() -> None:
+    with pytest.raises(ParameterError, match="disturbance.at makes pulse, pulse_late what it is"):
+        with_overrides(cases(), {"disturbance.at": 40.0})
+
+
 def test_overrides_leave_what_makes_an_experiment() -> None:
-    values = {"disturbance.at": 40.0, "link.time": 0.3, "train.gain": 2.0,
+    values = {"link.time": 0.3, "train.gain": 2.0,
               "controller.period": 0.1, "controller.kick": True}  # fmt: skip
     found = {c.name: c.diagram.blocks for c in with_overrides(cases(), values)}
-    assert found["pulse-fuzzy"]["disturbance"].parameters()["at"] == 20.0
     assert found["delay_100ms-fuzzy"]["link"].parameters()["time"] == 0.1
     assert found["step-fuzzy"]["link"].parameters()["time"] == 0.3
     assert found["gain_plus_20-fuzzy"]["train"].parameters()["gain"] == pytest.approx(2.4)
