@@ -46,7 +46,9 @@ class Ensemble(Case):
 
     def run(self, number: int) -> Run:
         """Return one run, as it is in the ensemble."""
-        drawn = self.drawn(number)
+        return self._run(self.drawn(number))
+
+    def _run(self, drawn: Draws) -> Run:
         values = {name: value for name, value in drawn.items() if "." in name}
         diagram = self.diagram.with_values(values)
         return diagram.run(
@@ -61,17 +63,19 @@ class Ensemble(Case):
     def collect(self, results: Results, progress: Callable[[int], object]) -> None:
         """Run all, and put samples and summary into the results, also when a run fails.
 
-        The first run's signals are kept as the trace.
+        The first run's signals are kept as the trace, or those of the run that fails.
         """
         rows: list[dict[str, Any]] = []
         try:
             for number in range(self.runs):
-                run = self.run(number)
+                drawn = self.drawn(number)
+                run = self._run(drawn)
                 if number == 0:
                     results.add(self, run, {})
-                rows.append({"run": number, **self.drawn(number), **self.measure(run)})
+                rows.append({"run": number, **drawn, **self.measure(run)})
                 progress(1)
         except SimulationError as error:
+            results.add(self, error.run, {})
             words = f"run {len(rows)} of seed {self.seed}: {error}"
             raise SimulationError(words, error.run) from error
         finally:

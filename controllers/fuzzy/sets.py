@@ -5,6 +5,7 @@ peaks are whole numbers, and what is mirrored stays mirrored to the bit.
 """
 
 import math
+from abc import ABC, abstractmethod
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -17,7 +18,7 @@ _BELOW_ONE = 1.0 - 2.0**-53
 
 
 @dataclass(frozen=True)
-class UniformSets:
+class UniformSets(ABC):
     """Sets of one symmetric shape with peaks from one end of a universe to the other.
 
     Values outside the universe are clipped to it; so are the sets themselves, where they are an
@@ -58,25 +59,25 @@ class UniformSets:
     # The shape. Distances x are from the peak, counted in sets.
 
     @property
+    @abstractmethod
     def reach(self) -> float:
         """Distance beyond which a set does not apply."""
-        raise NotImplementedError
 
+    @abstractmethod
     def degree(self, x: Any) -> Any:
         """Return the membership at a distance, of either sign."""
-        raise NotImplementedError
 
+    @abstractmethod
     def radius(self, height: Any) -> Any:
         """Return the distance at which the membership has fallen to `height`."""
-        raise NotImplementedError
 
+    @abstractmethod
     def flank(self, inner: Any, outer: Any) -> tuple[Any, Any]:
         """Return (area, first moment about the peak) of the shape between two distances."""
-        raise NotImplementedError
 
+    @abstractmethod
     def from_outside(self, outer: Any, area: Any) -> Any:
         """Return the distance down to which a flank, from `outer` inwards, has this area."""
-        raise NotImplementedError
 
 
 @dataclass(frozen=True)
