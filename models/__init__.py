@@ -11,6 +11,8 @@ from .catalogue import PLANTS, catalogue
 
 if TYPE_CHECKING:
     from .dc_drive import dc_drive_train
+    from .metro_coarse import coarse_metro_train
+    from .metro_precise import metro_train
     from .plant import Plant
     from .second_order import second_order_train
     from .second_order_on_line import second_order_train_on_line
@@ -24,7 +26,9 @@ __all__ = [
     "RungeKutta4",
     "SemiImplicitEuler",
     "catalogue",
+    "coarse_metro_train",
     "dc_drive_train",
+    "metro_train",
     "second_order_train",
     "second_order_train_on_line",
     "stopping_train",

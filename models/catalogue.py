@@ -31,6 +31,14 @@ PLANTS = {
         "stopping",
         "train before a stopping mark: lagged brake and traction, emergency brake",
     ),
+    "metro_train": (
+        "metro_precise",
+        "metro train on a line: electric brake, blending, air brake, standstill",
+    ),
+    "coarse_metro_train": (
+        "metro_coarse",
+        "the same train whose braking is one first-order lag",
+    ),
 }
 
 
