@@ -1,0 +1,1 @@
+"""Identification of braking models from logs: reading, fitting, and what the figures are worth."""

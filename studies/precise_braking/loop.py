@@ -1,0 +1,46 @@
+"""The loop: a controller, two transmission delays, the train, and what it measures of itself."""
+
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+from ...cosim import Delay, Diagram, Fmu
+from ...cosim.block import Block
+from ...fmus import build
+from ...models import metro_train
+from .truth import PLATFORM, Truth
+
+STEP = 0.01  # s, the base step
+PERIOD = 0.2  # s, of the control; the paper's T_d
+STRETCHES = 2  # of gradient: approach and platform
+
+
+@cache
+def metro_fmu() -> Path:
+    """Return the FMU of the metro train with two stretches of gradient, built if need be."""
+    return build(metro_train(gradients=STRETCHES))
+
+
+def braking_loop(
+    truth: Truth, controller: Block, odometry: Block, *, start: float, step: float = STEP
+) -> Diagram:
+    """Return a train that a controller brings to a stop at position 0.
+
+    The train starts at `start` (m, negative), cruising. The controller has the inputs `position`
+    and `speed` (measured) and the output `command` (m/s²); the odometry measures the true ones.
+    The command reaches the motors after T1 and the air brake after T3.
+    """
+    loop = Diagram("metro_stop", step=step)
+    loop.add("odometry", odometry)
+    loop.add("controller", controller)
+    for name in ("electric_delay", "air_delay"):
+        loop.add(name, Delay(1.0, interpolation="hold"))
+    line: dict[str, Any] = {"gradient_position[1]": -1e4, "gradient_position[2]": -PLATFORM}
+    loop.add("train", Fmu(metro_fmu(), **line))
+    for name in ("position", "speed"):
+        loop.connect(f"train.{name}", f"odometry.{name}")
+        loop.connect(f"odometry.{name}", f"controller.{name}")
+    for name in ("electric", "air"):
+        loop.connect("controller.command", f"{name}_delay.u")
+        loop.connect(f"{name}_delay.y", f"train.{name}_command")
+    return loop.with_values(truth.values(start))
