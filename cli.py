@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NoReturn
 
 from .base.errors import RailcosimError
+from .studies.identification.command import add_options as add_identify_options
 
 if TYPE_CHECKING:
     from .studies.results import Results
@@ -36,8 +37,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return code
     except RailcosimError as error:
         return _complain(str(error))
-    except KeyboardInterrupt:
-        print("railcosim: interrupted", file=sys.stderr)
+    except KeyboardInterrupt as stop:
+        print(f"railcosim: interrupted{f'; {stop}' if stop.args else ''}", file=sys.stderr)
         return 130
     except BrokenPipeError:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
@@ -74,6 +75,36 @@ def _parser() -> argparse.ArgumentParser:
         "--set", metavar="BLOCK.PARAMETER=VALUE", action="append", default=[], dest="values",
         help="change a parameter wherever the study has it; may be repeated",
     )  # fmt: skip
+    for option, metavar, text in (
+        ("--line", "F", "line data for one run between two stops (default: Beijing Line 5)"),
+        ("--train", "F", "rolling stock for it (default: a type B metro train)"),
+        ("--from", "STOP", "where the train departs"),
+        ("--to", "STOP", "where it is to stop"),
+    ):
+        run.add_argument(option, metavar=metavar, help=text, dest=f"line_{option[2:]}")
+
+    sweep = command("sweep", _sweep, "run a case of a study many times, drawn or swept")
+    sweep.add_argument("study", metavar="STUDY")
+    sweep.add_argument("--case", metavar="EXPERIMENT-CONTROLLER", help="which of the study's cases")
+    sweep.add_argument(
+        "--draw", metavar="BLOCK.PARAMETER=WHAT", action="append", default=[], dest="draws",
+        help="uniform(low,high), normal(mean,sd), triangular(low,mode,high), integers(low,high), "
+        "stats.NAME(…) of scipy, or values to sweep: 0.8,0.9,1.0 or linspace(low,high,count)",
+    )  # fmt: skip
+    sweep.add_argument(
+        "--set", metavar="BLOCK.PARAMETER=VALUE", action="append", default=[], dest="values",
+        help="change a parameter in all runs; may be repeated",
+    )  # fmt: skip
+    sweep.add_argument("--runs", type=int, metavar="N", help="runs, at each combination of a sweep")
+    sweep.add_argument("--seed", type=int, metavar="S", help="seed of the draws")
+    sweep.add_argument(
+        "--sampling", default="random", metavar="KIND", help="random, latin_hypercube or sobol"
+    )
+    sweep.add_argument("--traces", type=int, default=0, metavar="N", help="keep every N-th trace")
+    sweep.add_argument("--workers", type=int, metavar="N", help="processes (default: one a core)")
+    sweep.add_argument("--scheduler", metavar="ADDRESS", help="a Dask cluster: tcp://HOST:PORT")
+    sweep.add_argument("--out", metavar="DIR", help="folder (default: results/sweeps/STUDY-CASE)")
+    sweep.add_argument("--fresh", action="store_true", help="begin anew what the folder holds")
 
     command("models", _models, "list the plants with their variables")
     export = command("export", _export, "write a plant as an FMU for other tools")
@@ -102,6 +133,9 @@ def _parser() -> argparse.ArgumentParser:
         "--timeout", type=float, default=60.0, metavar="S",
         help="time in s after which a call of the FMU is taken to hang (default: 60)",
     )  # fmt: skip
+
+    identify = command("identify", _identify, "identify a train's brakes from logs of its runs")
+    add_identify_options(identify)
 
     simulate = command("simulate", _simulate, "run one FMU, with inputs from a file")
     simulate.add_argument("fmu", metavar="FMU")
@@ -176,28 +210,38 @@ def _run(options: Any) -> int:
     study = study_named(options.study)
     overrides = _values(options.values)
     folder = Path(options.out or Path("results", study.name))
-    cases = with_overrides(study.cases(), overrides)
+    way = {key: getattr(options, f"line_{key}") for key in ("line", "train", "from", "to")}
+    on_line = any(way.values())
+    cases = with_overrides(study.cases_on_line(**way) if on_line else study.cases(), overrides)
     for case in cases:
-        case.diagram.plan()  # a period that does not fit is refused before anything is cleared
+        case.check()  # what would not run is refused before anything is cleared
     prepare(folder)
     results = run_cases(study.name, cases, UNITS)
     write_data(folder, results)
     write_tables(folder, results, study.tables)
     ledger = []
     if not results.failure:
-        ledger = study.judge(results)
-        write_ledger(folder, results, ledger)
+        if not on_line:  # the paper says nothing of other lines
+            ledger = study.judge(results)
+            write_ledger(folder, results, ledger)
         for name, figure in study.figures(results).items():
             write_figure(folder, results, name, figure)
     seconds = perf_counter() - began
     command = ["railcosim", "run", study.name, "--out", str(folder)]
     command += [word for pair in options.values for word in ("--set", pair)]
+    command += [word for key, name in way.items() if name for word in (f"--{key}", name)]
     write_run(folder, results, command=shlex.join(command), overrides=overrides, seconds=seconds)
     if results.failure:
         raise RailcosimError(f"{results.failure}; the runs up to there are in {folder}")
     _print_summary(results, ledger)
     print(f"\n{results.count} runs, {seconds:.1f} s; results in {folder}")
     return 0
+
+
+def _sweep(options: Any) -> int:
+    from .studies.sweeping import sweep
+
+    return sweep(options, _values(options.values))
 
 
 def _print_summary(results: "Results", ledger: list[Any]) -> None:
@@ -213,7 +257,8 @@ def _print_summary(results: "Results", ledger: list[Any]) -> None:
                     for name, head in zip(names, heads, strict=True)
                 )
                 print(f"  {controller:{width}}{cells}")
-    print("\nThe paper's claims")
+    if ledger:
+        print("\nThe paper's claims")
     for entry in ledger:
         print(textwrap.fill(entry.claim, 100, initial_indent="  ", subsequent_indent="  "))
         for text in (entry.verdict, f"({entry.measured})"):
@@ -283,6 +328,12 @@ def _check(options: Any) -> int:
     )
     print(report)
     return 0 if report.passed else 1
+
+
+def _identify(options: Any) -> None:
+    from .studies.identification.command import run
+
+    run(options)
 
 
 def _simulate(options: Any) -> None:

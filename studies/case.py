@@ -39,8 +39,17 @@ class Case:
         """How many runs it takes."""
         return 1
 
-    def collect(self, results: Results, progress: Callable[[int], object]) -> None:
-        """Run, and put what came out into the results, also when the run ends early."""
+    def check(self) -> None:
+        """Raise RailcosimError for what would not run, such as a period that does not fit."""
+        self.diagram.plan()
+
+    def collect(
+        self, results: Results, progress: Callable[[int], object], executor: Any = None
+    ) -> None:
+        """Run, and put what came out into the results, also when the run ends early.
+
+        `executor` is for cases of many runs, see Campaign.run.
+        """
         try:
             run = self.diagram.run(self.stop, record=self.record, progress=False)
         except SimulationError as error:
@@ -114,17 +123,23 @@ def _perturbed(case: Case) -> Case:
 def run_cases(study: str, cases: Sequence[Case], units: Mapping[str, str]) -> Results:
     """Run every case in turn; a case that fails ends the runs, and the results say so.
 
-    The cases come from `with_overrides`, which applies their factors.
+    The cases come from `with_overrides`, which applies their factors. Those of many runs share
+    worker processes, one for each processor, which start when there is enough to do for them.
     """
     from tqdm import tqdm
 
+    from ..cosim.campaign import Processes, WhenLong
+
     results = Results(study, dict(units))
     total = sum(case.count for case in cases)
-    with tqdm(total=total, desc=study, unit=" runs", delay=2.0, disable=None, leave=False) as bar:
+    with (
+        Processes() as pool,
+        tqdm(total=total, desc=study, unit=" runs", delay=2.0, disable=None, leave=False) as bar,
+    ):
         for case in cases:
             bar.set_postfix_str(case.name)
             try:
-                case.collect(results, bar.update)
+                case.collect(results, bar.update, WhenLong(pool))
             except RailcosimError as error:
                 results.failure = f"{case.name}: {error}"
                 break

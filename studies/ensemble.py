@@ -1,12 +1,16 @@
-"""Many runs of one diagram, with parameters drawn anew for each: seeded, and counted as a whole."""
+"""Many runs of one diagram, with parameters drawn anew for each, and counted as a whole."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from ..cosim import Run, SimulationError
+from ..cosim.campaign import Campaign, CampaignError, Drawn, Rows, Simulate
+from ..cosim.campaign.draws import Draws
+from ..cosim.campaign.simulate import no_scenario
 from ..cosim.scenario import Scenario
 from .case import Case
 from .metrics import Metrics
@@ -15,71 +19,83 @@ from .results import Results
 if TYPE_CHECKING:
     import pandas as pd
 
-Draws = Mapping[str, float]  # spelled "block.parameter", or free names that `scenario` reads
-
-
-def no_scenario(drawn: Draws) -> Scenario | None:
-    """Return None: nothing happens on the way."""
-    return None
-
 
 @dataclass(frozen=True, kw_only=True)
 class Ensemble(Case):
-    """`runs` runs of a diagram.
+    """A campaign of `runs` runs as a case of a study; it is in `campaign`.
 
-    `draw` gives a run's numbers from a generator of its own, seeded with (seed, number of the
-    run), so that any run can be repeated alone. Those spelled "block.parameter" are set; `scenario`
-    makes of the others what happens on the way. `measure` gives the metrics of each run, a row
-    of the samples beside the numbers drawn, and `summarise` the metrics of all.
+    `draws` gives the runs' numbers, as a Campaign's: by name, or by a function of a run's own
+    generator. Those spelled "block.parameter" are set; `scenario` makes of the others what happens
+    on the way. `measure` gives the metrics of each run, a row of the samples beside the numbers
+    drawn, and `summarise` the metrics of all.
+
+    Runs that are no single run of the diagram have `work`: a function of the case, which has the
+    diagram with what was set from outside, of the numbers drawn and of the generator. It returns a
+    row or several.
     """
 
-    draw: Callable[[np.random.Generator], Draws]
+    draws: Draws
     summarise: "Callable[[pd.DataFrame], Metrics]"
     runs: int
     seed: int
-    scenario: Callable[[Draws], Scenario | None] = field(default=no_scenario)
+    scenario: Callable[[Drawn], Scenario | None] = field(default=no_scenario)
+    work: "Callable[[Ensemble, Drawn, np.random.Generator], Rows] | None" = None
+    sampling: str = "random"
     units: Mapping[str, str] = field(default_factory=dict)  # of the columns that metrics lack
 
-    def drawn(self, number: int) -> Draws:
-        """Return the numbers of one run."""
-        return self.draw(np.random.default_rng([self.seed, number]))
-
-    def run(self, number: int) -> Run:
-        """Return one run, as it is in the ensemble."""
-        return self._run(self.drawn(number))
-
-    def _run(self, drawn: Draws) -> Run:
-        values = {name: value for name, value in drawn.items() if "." in name}
-        diagram = self.diagram.with_values(values)
-        return diagram.run(
-            self.stop, record=self.record, scenario=self.scenario(drawn), progress=False
+    @property
+    def campaign(self) -> Campaign:
+        """The runs as a campaign: any of them can be repeated alone."""
+        simulate = Simulate(
+            diagram=self.diagram,
+            stop=self.stop,
+            measure=self.measure,
+            scenario=self.scenario,
+            record=self.record,
+        )
+        return Campaign(
+            name=self.name,
+            work=simulate if self.work is None else partial(self.work, self),
+            draws=self.draws,
+            runs=self.runs,
+            seed=self.seed,
+            sampling=self.sampling,
+            units=self.units,
         )
 
     @property
     def count(self) -> int:
         """How many runs it takes."""
-        return self.runs
+        return self.campaign.count
 
-    def collect(self, results: Results, progress: Callable[[int], object]) -> None:
-        """Run all, and put samples and summary into the results, also when a run fails.
+    def collect(
+        self, results: Results, progress: Callable[[int], object], executor: Any = None
+    ) -> None:
+        """Run all, and put samples and summary into the results, also when runs fail.
 
-        The first run's signals are kept as the trace, or those of the run that fails.
+        The first run's signals are kept as the trace, or those of the first that fails, whose
+        error is raised when all others are done.
         """
-        rows: list[dict[str, Any]] = []
+        campaign = self.campaign
+        samples = campaign.run(executor=executor, progress=progress)
+        failed = {
+            int(number): error
+            for number, error in zip(samples["run"], samples["error"], strict=True)
+            if isinstance(error, str)
+        }
+        results.add_samples(self, samples, failed=bool(failed))
+        number = min(failed, default=0)
+        run: Run | None = None
         try:
-            for number in range(self.runs):
-                drawn = self.drawn(number)
-                run = self._run(drawn)
-                if number == 0:
-                    results.add(self, run, {})
-                rows.append({"run": number, **drawn, **self.measure(run)})
-                progress(1)
+            if self.work is None:
+                run = campaign.repeat(number)
         except SimulationError as error:
-            results.add(self, error.run, {})
-            words = f"run {len(rows)} of seed {self.seed}: {error}"
-            raise SimulationError(words, error.run) from error
-        finally:
-            results.add_samples(self, rows)
+            run = error.run
+        results.add(self, run, {})
+        if failed:
+            words = f"run {number} of seed {self.seed}: {failed[number]}"
+            words += f" ({len(failed)} of {campaign.count} runs failed)"
+            raise CampaignError(words) if run is None else SimulationError(words, run)
 
 
 def spread(samples: "pd.DataFrame", column: str) -> Metrics:

@@ -6,15 +6,16 @@ from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from ..base.errors import RailcosimError, listing, suggest
+from ..base.errors import ParameterError, RailcosimError, listing, suggest
 
 if TYPE_CHECKING:
+    from ..models.line import Section, Train
     from .case import Case
     from .ledger import Entry
     from .results import Results
 
 
-def no_tables(folder: Path) -> list[Path]:
+def no_tables(folder: Path, results: "Results") -> list[Path]:
     """Write nothing."""
     return []
 
@@ -23,7 +24,8 @@ def no_tables(folder: Path) -> list[Path]:
 class Study:
     """A study's face: what it runs, how it judges the paper, what it draws.
 
-    `tables` writes tables that need no run into a folder and returns their files.
+    `tables` writes tables into a folder and returns their files. `on_line` makes
+    the cases of one run of a train on a line, where the study has such.
     """
 
     name: str
@@ -32,7 +34,25 @@ class Study:
     cases: "Callable[[], list[Case]]"
     judge: "Callable[[Results], list[Entry]]"
     figures: "Callable[[Results], dict[str, Any]]"
-    tables: Callable[[Path], list[Path]] = no_tables
+    tables: "Callable[[Path, Results], list[Path]]" = no_tables
+    on_line: "Callable[[Section, Train], list[Case]] | None" = None
+
+    def cases_on_line(self, **way: str | None) -> "list[Case]":
+        """Return the cases of a run between two stops: `line` and `train` are files, or None.
+
+        Raise ParameterError for a study without a line, and where `from` or `to` is missing.
+        """
+        from ..models.line import beijing_line_5, metro_b, read_line, read_train
+
+        if self.on_line is None:
+            raise ParameterError(f"the study '{self.name}' has no line: it takes no --line")
+        line = beijing_line_5() if way["line"] is None else read_line(Path(way["line"]))
+        train = metro_b() if way["train"] is None else read_train(Path(way["train"]))
+        origin, target = way["from"], way["to"]
+        if origin is None or target is None:
+            names = listing([stop.name for stop in line.stops], 40)
+            raise ParameterError(f"a run on a line needs --from and --to; stops: {names}")
+        return self.on_line(line.section(origin, target), train)
 
 
 # name -> (module, one line)
@@ -40,6 +60,10 @@ STUDIES = {
     "adaptive-fuzzy": (
         ".adaptive_fuzzy",
         "adaptive fuzzy speed regulation with a variable universe, under ATP",
+    ),
+    "precise-braking": (
+        ".precise_braking",
+        "the metro stop with electric and air brake: models, controllers, spread, whole runs",
     ),
     "soft-switching": (
         ".soft_switching",

@@ -41,11 +41,13 @@ class Results:
     @property
     def count(self) -> int:
         """How many runs there were, those of ensembles included."""
-        return sum(len(self.samples.get(key, "1")) for key in self.runs)
+        many = sum(len(set(frame["run"])) for frame in self.samples.values())
+        return many + len(self.runs.keys() - self.samples.keys())
 
-    def add(self, case: "Case", run: Run, metrics: dict[str, float | None]) -> None:
-        """Take in one run."""
-        self.runs[case.experiment, case.controller] = run
+    def add(self, case: "Case", run: Run | None, metrics: dict[str, float | None]) -> None:
+        """Take in one run; None where there are no signals to keep."""
+        if run is not None:
+            self.runs[case.experiment, case.controller] = run
         if metrics:
             self.metrics.setdefault(case.experiment, {})[case.controller] = metrics
         values = {
@@ -60,16 +62,14 @@ class Results:
             self.seeds[case.name] = dict(case.seeds)
         self.fmus |= _guids(case)
 
-    def add_samples(self, case: "Ensemble", rows: list[dict[str, Any]]) -> None:
-        """Take in what an ensemble's runs gave, one row each, and its summary if all are there."""
-        import pandas as pd
-
-        frame = pd.DataFrame(rows)
-        units = {"run": "1", **self.units, **case.units}
+    def add_samples(self, case: "Ensemble", table: "pd.DataFrame", *, failed: bool) -> None:
+        """Take in the table of an ensemble's runs, and its summary if none of them failed."""
+        frame = table.drop(columns=["seed"] if failed else ["seed", "error"])
+        units = {"run": "1", "error": "", **self.units, **case.units}
         frame.attrs["units"] = {name: units[name] for name in frame.columns}
         self.samples[case.experiment, case.controller] = frame
         self.seeds[case.name] = {"ensemble": case.seed}
-        if len(rows) == case.runs:
+        if not failed:
             self.metrics.setdefault(case.experiment, {})[case.controller] = case.summarise(frame)
 
     def get(self, experiment: str, controller: str, metric: str) -> float | None:
@@ -175,11 +175,13 @@ def write_ledger(folder: Path, results: Results, ledger: "list[Entry]") -> None:
     _write_json(folder / "ledger.json", [asdict(entry) for entry in ledger])
 
 
-def write_tables(folder: Path, results: Results, write: Callable[[Path], list[Path]]) -> None:
+def write_tables(
+    folder: Path, results: Results, write: Callable[[Path, Results], list[Path]]
+) -> None:
     """Let a study write its tables into tables/."""
     target = folder / "tables"
     try:
-        files = write(target)
+        files = write(target, results)
     except OSError as error:
         raise FileError(f"cannot write to {target}: {error.strerror or error}") from error
     results.written += [f"tables/{file.name}" for file in files]

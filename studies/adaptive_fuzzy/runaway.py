@@ -8,9 +8,10 @@ import numpy as np
 
 from ...controllers import PID
 from ...cosim import Run
+from ...cosim.campaign import Drawn
 from ...cosim.scenario import Override, Scenario
 from ..case import Case
-from ..ensemble import Draws, Ensemble
+from ..ensemble import Ensemble
 from ..metrics import Metrics
 from .controllers import PID_ZN
 from .line import line
@@ -35,7 +36,7 @@ UNITS = {
 }
 
 
-def draw(generator: np.random.Generator) -> Draws:
+def draw(generator: np.random.Generator) -> Drawn:
     """Return a train's mass ±15 %, adhesion, brake lag, the brake's delay, and the fault's time."""
     return {
         "train.mass": generator.uniform(0.85, 1.15) * 12800.0,
@@ -46,7 +47,7 @@ def draw(generator: np.random.Generator) -> Draws:
     }
 
 
-def fault(drawn: Draws) -> Scenario:
+def fault(drawn: Drawn) -> Scenario:
     """Return the fault: from its time on the controller demands full traction."""
     return Scenario([Override("controller.u", FULL_TRACTION, at=drawn["fault_time"])])
 
@@ -90,7 +91,7 @@ def cases(fmu: Path) -> list[Case]:
                 "atp.limit", "atp.margin", "atp.emergency", "atp.service",
             ),
             own=tuple(UNITS),
-            draw=draw,
+            draws=draw,
             summarise=summarise,
             scenario=fault,
             runs=RUNS,

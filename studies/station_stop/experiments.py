@@ -8,11 +8,12 @@ import numpy as np
 
 from ...controllers.stop_prediction import StopPrediction
 from ...cosim import Block, Constant, Diagram, Fmu, Gain, Run, Sum
+from ...cosim.campaign import Drawn
 from ...fmus import build
 from ...models import stopping_train
 from ..case import Case
 from ..comfort import comfort, ride_to_standstill
-from ..ensemble import Draws, Ensemble, spread
+from ..ensemble import Ensemble, spread
 from ..metrics import Metrics
 from .controllers import LINE_UP, PERIOD, RAW, RAW_PERIOD
 
@@ -74,7 +75,7 @@ def raw_case(controller: Block, fmu: Path) -> Diagram:
     return loop
 
 
-def draw_main(generator: np.random.Generator) -> Draws:
+def draw_main(generator: np.random.Generator) -> Drawn:
     """Return speed and place where braking begins, lag, and brake force ±10 % (ours)."""
     speed = generator.uniform(4.0, 8.0)
     return {
@@ -85,7 +86,7 @@ def draw_main(generator: np.random.Generator) -> Draws:
     }
 
 
-def draw_raw(generator: np.random.Generator) -> Draws:
+def draw_raw(generator: np.random.Generator) -> Drawn:
     """Return place and speed of a train that creeps towards the mark, lag and drag (ours)."""
     return {
         "train.position": -generator.uniform(0.08, 0.6),
@@ -138,7 +139,7 @@ def cases() -> list[Case]:
 
 
 def _stops(
-    experiment: str, name: str, diagram: Diagram, draw: Callable[[np.random.Generator], Draws]
+    experiment: str, name: str, diagram: Diagram, draw: Callable[[np.random.Generator], Drawn]
 ) -> Ensemble:
     drawn = tuple(draw(np.random.default_rng(0)))
     return Ensemble(
@@ -148,7 +149,7 @@ def _stops(
         STOP,
         measure,
         own=(*drawn, "train.emergency", "train.effort"),
-        draw=draw,
+        draws=draw,
         summarise=summarise,
         runs=RUNS,
         seed=SEED,

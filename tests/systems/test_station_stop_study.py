@@ -118,7 +118,7 @@ def test_a_stop_can_be_repeated_alone(folder: Path) -> None:
     case = next(c for c in cases() if c.name == "stop-smooth")
     assert isinstance(case, Ensemble)
     found = samples(folder, "stop-smooth")
-    assert case.measure(case.run(123))["stop_error"] == found["stop_error"][123]
+    assert case.campaign.rows(123)[0]["stop_error"] == found["stop_error"][123]
     assert json.loads((folder / "run.json").read_text())["seeds"]["stop-smooth"] == {"ensemble": 4}
 
 
