@@ -6,38 +6,64 @@ from ..base.lazy import lazy
 
 if TYPE_CHECKING:
     from .adaptive_fuzzy import AdaptiveFuzzy
+    from .ato import ATO
     from .atp import ATP
+    from .brake_model import BrakeModel
     from .braking_pattern import BrakingPattern
+    from .braking_profile import BrakingProfile
+    from .delay_predictor import DelayPredictor
+    from .disturbance_observer import DisturbanceObserver
     from .fuzzy import Gaussians, Levels, Mamdani, Relation, Sugeno, Triangles
     from .fuzzy_speed import FuzzySpeed
     from .holding_brake import HoldingBrake
     from .limit_curve import LimitCurve
+    from .odometry import Odometry
     from .pid import PID
+    from .position_pid import PositionPID
+    from .predictive_stop import PredictiveStop
     from .query_table import QueryTable
     from .single_neuron import SingleNeuron
+    from .sliding_mode import SlidingMode
+    from .smarc import SMARC
     from .smooth_stop import SmoothStop
     from .soft_switching import SoftSwitching
+    from .speed_pid import SpeedPID
+    from .stop_command import StopCommand
     from .stop_prediction import StopPrediction
+    from .tracked_stop import TrackedStop
     from .tuning import reaction_curve, simc, ziegler_nichols
 
 _HOME = {
+    "ATO": "ato",
     "ATP": "atp",
     "AdaptiveFuzzy": "adaptive_fuzzy",
+    "BrakeModel": "brake_model",
     "BrakingPattern": "braking_pattern",
+    "BrakingProfile": "braking_profile",
+    "DelayPredictor": "delay_predictor",
+    "DisturbanceObserver": "disturbance_observer",
     "FuzzySpeed": "fuzzy_speed",
     "Gaussians": "fuzzy",
     "HoldingBrake": "holding_brake",
     "Levels": "fuzzy",
     "LimitCurve": "limit_curve",
     "Mamdani": "fuzzy",
+    "Odometry": "odometry",
     "PID": "pid",
+    "PositionPID": "position_pid",
+    "PredictiveStop": "predictive_stop",
     "QueryTable": "query_table",
     "Relation": "fuzzy",
+    "SMARC": "smarc",
     "SingleNeuron": "single_neuron",
+    "SlidingMode": "sliding_mode",
     "SmoothStop": "smooth_stop",
     "SoftSwitching": "soft_switching",
+    "SpeedPID": "speed_pid",
+    "StopCommand": "stop_command",
     "StopPrediction": "stop_prediction",
     "Sugeno": "fuzzy",
+    "TrackedStop": "tracked_stop",
     "Triangles": "fuzzy",
     "reaction_curve": "tuning",
     "simc": "tuning",
@@ -45,23 +71,36 @@ _HOME = {
 }
 
 __all__ = [
+    "ATO",
     "ATP",
     "PID",
+    "SMARC",
     "AdaptiveFuzzy",
+    "BrakeModel",
     "BrakingPattern",
+    "BrakingProfile",
+    "DelayPredictor",
+    "DisturbanceObserver",
     "FuzzySpeed",
     "Gaussians",
     "HoldingBrake",
     "Levels",
     "LimitCurve",
     "Mamdani",
+    "Odometry",
+    "PositionPID",
+    "PredictiveStop",
     "QueryTable",
     "Relation",
     "SingleNeuron",
+    "SlidingMode",
     "SmoothStop",
     "SoftSwitching",
+    "SpeedPID",
+    "StopCommand",
     "StopPrediction",
     "Sugeno",
+    "TrackedStop",
     "Triangles",
     "reaction_curve",
     "simc",
