@@ -149,6 +149,7 @@ def _events(functions: Functions) -> list[str]:
         place += event.size
     elements = [(n, e.direction.upper()) for e in ordered for n in e.element_names]
     targets = [_targets(functions.layout, event) for event in groups]
+    rates = functions.crossing_rates
     ends = [sum(len(t) for t in targets[:i]) for i in range(len(groups) + 1)]
     flat = [t for group in targets for t in group]
     return [
@@ -158,12 +159,20 @@ def _events(functions: Functions) -> list[str]:
             "const double crossing_nominal[SIZE_E]",
             [repr(e.nominal) for e in ordered for _ in range(e.size)],
         ),
+        _array(
+            "const int element_group[N_E]",
+            [groups.index(e) for e in ordered for _ in range(e.size)],
+        ),
         _array("const int group_first[N_GROUPS]", [first[e.name] for e in groups]),
         _array("const int group_size[N_GROUPS]", [e.size for e in groups]),
         _array("const int group_changes[N_GROUPS + 1]", ends),
         _array(f"const int change_at[{len(flat)}]", [at for at, _ in flat]),
         _array(f"const int change_element[{len(flat)}]", [element for _, element in flat]),
         _array("const Evaluated group_change[N_GROUPS]", [f.name() for f in functions.changes]),
+        _array(
+            "const Derivative group_rate[N_GROUPS]",
+            [rates[e.name].name() if e.name in rates else "NULL" for e in groups],
+        ),
     ]
 
 

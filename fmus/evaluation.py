@@ -28,6 +28,10 @@ _START = """
 
 typedef void (*Evaluated)({0});
 typedef void (*Derivative)({1});
+
+/* fmin and fmax, which compilers call instead of writing them out. */
+static double smaller(double a, double b) {{ return a < b || b != b ? a : b; }}
+static double larger(double a, double b) {{ return a > b || b != b ? a : b; }}
 """
 
 
@@ -49,8 +53,8 @@ def write_evaluation(
 ) -> Evaluation:
     """Write functions of time and `arguments` with one column as the result, and derivatives.
 
-    A derivative is CasADi's `forward(1)`: it has the function's own result as another argument,
-    which is empty, and then the seeds.
+    A derivative is CasADi's `forward(1)`, or called as that is: it has the function's own result as
+    another argument, which is empty, and then the seeds.
     """
     places = [("t", 0, 1), *(_place(layout, variable) for variable in arguments)]
     seeds = [(f"d{array}", first, length) for array, first, length in places]

@@ -71,6 +71,27 @@ class Functions:
         return {name: self._function(name, values) for name, values in found.items()}
 
     @cached_property
+    def crossing_rates(self) -> dict[str, ca.Function]:
+        """For each state event the derivatives of its crossings, called as CasADi's `forward(1)`.
+
+        They are along time, states and inputs: the seeds of all others count as zero.
+        """
+        found = {}
+        for i, event in enumerate(self.plant.events):
+            if event.kind == "state":
+                along = self._function(f"plant_crossing{i}", [event.expression]).forward(1)
+                symbols = along.mx_in()
+                seeds = symbols[-len(self._symbols) :]
+                for k, variable in enumerate(self.arguments, start=1):
+                    if variable.kind not in ("state", "input"):
+                        seeds[k] = ca.MX(*seeds[k].shape)
+                given = [*symbols[: -len(self._symbols)], *seeds]
+                (rate,) = along.call(given, True, False)
+                name = f"plant_crossing_rate{i}"
+                found[event.name] = ca.Function(name, symbols, [ca.densify(rate)])
+        return found
+
+    @cached_property
     def changes(self) -> list[ca.Function]:
         """For each event, the new values of all that it changes."""
         return [
@@ -129,8 +150,9 @@ class Functions:
                 found.append(self.dependents)
             if self.plant.updates:
                 found.append(self.update)
-            names = ("plant_rhs", "plant_outputs", "plant_dependents", "plant_crossings")
+            names = ("plant_rhs", "plant_outputs", "plant_dependents")
             derivatives = [f.forward(1) for f in found if f.name() in names]
+            derivatives += self.crossing_rates.values()
         return write_evaluation(self.layout, self.arguments, found, derivatives)
 
     @cached_property

@@ -12,8 +12,8 @@ _OF_ONE = (
     "exp", "log", "sqrt", "sin", "cos", "tan", "asin", "acos", "atan", "sinh", "cosh", "tanh",
     "asinh", "acosh", "atanh", "floor", "ceil", "fabs", "erf", "log1p", "expm1",
 )  # fmt: skip
-_OF_TWO = ("pow", "fmod", "fmin", "fmax", "copysign", "atan2", "hypot", "remainder")
-# How CasADi's C spells each operation.
+_OF_TWO = ("pow", "fmod", "copysign", "atan2", "hypot", "remainder")
+# How CasADi's C spells each operation, but for `smaller` and `larger`: see `evaluation`.
 _OPERATIONS: dict[int, str] = {
     ca.OP_ASSIGN: "{0}", ca.OP_LIFT: "{0}", ca.OP_NEG: "-{0}", ca.OP_NOT: "!{0}",
     ca.OP_INV: "1.0 / {0}", ca.OP_SQ: "{0} * {0}", ca.OP_TWICE: "2.0 * {0}",
@@ -23,16 +23,17 @@ _OPERATIONS: dict[int, str] = {
     ca.OP_LT: "{0} < {1}", ca.OP_LE: "{0} <= {1}", ca.OP_EQ: "{0} == {1}",
     ca.OP_NE: "{0} != {1}", ca.OP_AND: "{0} && {1}", ca.OP_OR: "{0} || {1}",
     ca.OP_IF_ELSE_ZERO: "{0} ? {1} : 0.0",
+    ca.OP_FMIN: "smaller({0}, {1})", ca.OP_FMAX: "larger({0}, {1})",
     **{getattr(ca, f"OP_{name.upper()}"): f"{name}({{0}})" for name in _OF_ONE},
     **{getattr(ca, f"OP_{name.upper()}"): f"{name}({{0}}, {{1}})" for name in _OF_TWO},
 }  # fmt: skip
 # Sums and the like over a vector's elements, with what they start from.
 _SUMS: dict[int, tuple[str, float]] = {
     ca.OP_DOT: ("{sum} + {0} * {1}", 0.0),
-    ca.OP_MMAX: ("fmax({sum}, {0})", -math.inf),
-    ca.OP_MMIN: ("fmin({sum}, {0})", math.inf),
+    ca.OP_MMAX: ("larger({sum}, {0})", -math.inf),
+    ca.OP_MMIN: ("smaller({sum}, {0})", math.inf),
     ca.OP_NORM1: ("{sum} + fabs({0})", 0.0),
-    ca.OP_NORMINF: ("fmax({sum}, fabs({0}))", 0.0),
+    ca.OP_NORMINF: ("larger({sum}, fabs({0}))", 0.0),
 }
 _PRODUCTS = 64  # elements of a matrix product, each a sum
 _NONE: Codes = np.empty(0, np.int64)

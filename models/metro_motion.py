@@ -46,8 +46,10 @@ def resistance(plant: Plant, position: Any, speed: Any, *, gradients: int) -> An
         "gradient_change", slopes - ca.vertcat(0.0, *ca.vertsplit(slopes)[:-1]), unit="1",
         description="slope over that of the stretch before, in per mille",
     )  # fmt: skip
-    share = ca.fmin(ca.fmax((position - begins) / length, 0.0), 1.0)
-    slope = change[0] if gradients == 1 else change[0] + ca.dot(change[1:], share[1:])
+    slope = change[0]
+    if gradients > 1:
+        share = ca.fmin(ca.fmax((position - begins[1:]) / length, 0.0), 1.0)
+        slope = slope + ca.dot(change[1:], share)
     v = KILOMETRES_PER_HOUR * speed
     return (a + b * v + c * v * v + slope) * GRAVITY_PER_MILLE
 

@@ -15,6 +15,9 @@ from .plant import Plant
 from .rolling import lag
 from .solver import RungeKutta4
 
+# By how much (m/s) a train must be faster than the changeover speed to count as fast: so rounding,
+# where it has just come up to that speed, is no coming down to it.
+ABOVE = 1e-6
 # The mode `phase`
 SLOW, ELECTRIC, WAITING, BLENDING, AIR = range(5)
 
@@ -92,7 +95,8 @@ def _changeover(plant: Plant, speed: Any, command: Any) -> Changeover:
     )
     onset = time + delay
     plant.event(
-        "fast", speed - switch, direction="rising", when=phase == SLOW, changes={phase: ELECTRIC},
+        "fast", speed - switch - ABOVE, direction="rising", when=phase == SLOW,
+        changes={phase: ELECTRIC},
         description="the speed has risen above the changeover speed",
     )  # fmt: skip
     plant.event(

@@ -11,17 +11,19 @@ static void rest_inputs(Instance *m, double step) {
     for (i = 0; i < N_U; i++) m->now.value[FIRST_INPUT + i] += m->now.rate[i] * step;
     m->interpolating = 0;
     m->now.rates_spent = 1;
+    m->slope_known = m->start_known = 0;
 }
 
 static int do_step(Instance *m, double current, double step) {
-    m->now.time = current;
     m->interpolating = !m->now.rates_spent;
+    /* What was found out at the last step's end holds still if nothing has changed since. */
+    if (current != m->now.time || m->interpolating) m->slope_known = m->start_known = 0;
+    m->now.time = current;
     m->now.rates_from = current;
     if (!m->interpolating) memset(m->now.rate, 0, sizeof m->now.rate);
     dependents_now(m);
-    m->slope_known = m->start_known = 0;
 #if N_E
-    if (!settle(m, NULL)) return 0;
+    if (!m->start_known && !settle(m, NULL)) return 0; /* known: settled then */
 #endif
     if (!advance(m, current, step)) return 0;
     rest_inputs(m, step);

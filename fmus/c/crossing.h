@@ -92,8 +92,8 @@ static double repeats(Instance *m, int i) {
  * within the step, the step is cut without an event. Return −1 after a failure. */
 static double first_crossing(Instance *m, double h) {
     double low = h, high = h;
-    int i;
-    for (i = 0; i < N_Z; i++) {
+    int i, n;
+    for (n = 0; n < m->n_watched && (i = m->watched[n]) < N_Z; n++) {
         int passing = m->now.passing[i], to = passing ? m->now.holds[i] : !m->now.holds[i];
         double place = high;
         if (m->guard[i] == 0.0) continue;

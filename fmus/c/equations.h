@@ -45,8 +45,15 @@ static void refresh(Instance *m, int what) {
     m->now.stale &= ~what;
 }
 
+static int first_not_finite(const double *value, int from, int to) {
+    int i;
+    for (i = from; i < to; i++)
+        if (!isfinite(value[i])) return i;
+    return -1;
+}
+
 /* The first value in [from, to) that is not finite; -1 if all are. */
-static int not_finite(const double *value, int from, int to) {
+static inline int not_finite(const double *value, int from, int to) {
     double sum = 0.0, a = 0.0, b = 0.0, c = 0.0;
     int i;
     for (i = from; i + 4 <= to; i += 4) { /* four sums, so that none waits for another */
@@ -56,11 +63,7 @@ static int not_finite(const double *value, int from, int to) {
         c += value[i + 3] * 0.0;
     }
     for (; i < to; i++) sum += value[i] * 0.0;
-    sum += a + b + c;
-    if (sum == 0.0) return -1;
-    for (i = from; i < to; i++)
-        if (!isfinite(value[i])) return i;
-    return -1;
+    return sum + (a + b + c) == 0.0 ? -1 : first_not_finite(value, from, to);
 }
 
 /* The slope at the current time and states, computed once for all attempts of a step. */

@@ -13,7 +13,11 @@ static const double chatter = 1e-6;
 /* Guards and times change only at events, crossings always. */
 static void conditions(Instance *m) {
     double t = m->now.time;
+    int i;
     evaluate(m, plant_guards, t, m->now.value, m->guard);
+    m->n_watched = 0;
+    for (i = 0; i < N_E; i++)
+        if (m->guard[i] != 0.0 || direction[i] == BOTH) m->watched[m->n_watched++] = i;
 #if N_Z
     evaluate(m, plant_crossings, t, m->now.value, m->z0);
 #endif
@@ -54,13 +58,16 @@ static void acknowledge(Instance *m, int i, double z) {
     m->now.holds[i] = relation(m, i, z) && (direction[i] == BOTH || m->guard[i] != 0.0);
 }
 
-/* Rates of the crossings at time t, states x and slope f. */
+/* Rates of the crossings at time t, states x and slope f, of groups with an element that is watched. */
 static void crossing_rates(Instance *m, double t, const double *x, const double *f, double *zd) {
-#if N_Z
-    forward(m, fwd1_plant_crossings, t, x, 1.0, f, m->interpolating ? m->now.rate : NULL, NULL, zd);
-#else
-    (void)m, (void)t, (void)x, (void)f, (void)zd;
-#endif
+    const double *du = m->interpolating ? m->now.rate : NULL;
+    int n, known = 0;
+    for (n = 0; n < m->n_watched; n++) {
+        int i = m->watched[n], g = element_group[i];
+        if (i < known || i >= N_Z) continue;
+        known = group_first[g] + group_size[g];
+        forward(m, group_rate[g], t, x, 1.0, f, du, NULL, zd + group_first[g]);
+    }
 }
 
 /* An element that fires again and again without time going on is refused. */
@@ -122,9 +129,10 @@ static void acknowledge_fired(Instance *m, int g) {
 
 /* Take the conditions as they are now, at the crossings z0. What passes through its zero stays
  * acknowledged until it is through or has turned back. */
-static void acknowledge_all(Instance *m) {
-    int i, rated = m->start_known;
-    for (i = 0; i < N_E; i++) {
+static void acknowledge_watched(Instance *m) {
+    int n, rated = m->start_known;
+    for (n = 0; n < m->n_watched; n++) {
+        int i = m->watched[n];
         if (m->now.passing[i] && m->guard[i] != 0.0 && relation(m, i, m->z0[i]) != m->now.holds[i]) {
             if (!rated) crossing_rates(m, m->now.time, m->now.value, slope(m), m->zd0);
             rated = 1;
@@ -133,6 +141,14 @@ static void acknowledge_all(Instance *m) {
         m->now.passing[i] = 0;
         acknowledge(m, i, m->z0[i]);
     }
+}
+
+/* The same for all elements: guards may have changed. */
+static void acknowledge_all(Instance *m) {
+    int i;
+    for (i = 0; i < N_E; i++)
+        if (m->guard[i] == 0.0) m->now.passing[i] = m->now.holds[i] = 0;
+    acknowledge_watched(m);
 }
 
 /* Fire events, in the order of declaration, until none is new. `forced` marks those that were
@@ -169,16 +185,15 @@ static int settle(Instance *m, int *any) {
 /* When the next time event is due; HUGE_VAL if none is. */
 static double next_time(const Instance *m) {
     double next = HUGE_VAL;
-    int i;
-    for (i = N_Z; i < N_E; i++)
-        if (m->guard[i] != 0.0 && !m->now.holds[i] && m->at[i] > m->now.time && m->at[i] < next)
-            next = m->at[i];
+    int n, i;
+    for (n = m->n_watched; n > 0 && (i = m->watched[n - 1]) >= N_Z; n--)
+        if (!m->now.holds[i] && m->at[i] > m->now.time && m->at[i] < next) next = m->at[i];
     return next;
 }
 
 static int is_time_due(const Instance *m) {
-    int i;
-    for (i = N_Z; i < N_E; i++)
+    int n, i;
+    for (n = m->n_watched; n > 0 && (i = m->watched[n - 1]) >= N_Z; n--)
         if (is_new(m, i, 0.0)) return 1;
     return 0;
 }

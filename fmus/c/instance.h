@@ -62,6 +62,7 @@ typedef struct {
     int start_known; /* z0, zd0 too */
     double z0[SIZE_E], zd0[SIZE_E], z1[SIZE_E], zd1[SIZE_E], guard[SIZE_E], at[SIZE_E];
     unsigned char newly[SIZE_E];
+    int watched[SIZE_E], n_watched; /* the elements whose guards let them fire, and those for BOTH */
     double changed[SIZE_CHANGES];
 } Instance;
 

@@ -102,7 +102,7 @@ static int step_once(Instance *m, double limit, double length) {
     if (!update_memories(m)) return 0;
 #if N_E
     if (events || N_UPDATES || is_time_due(m)) return settle(m, NULL);
-    acknowledge_all(m);
+    acknowledge_watched(m);
 #else
     (void)events;
 #endif

@@ -1,23 +1,31 @@
 /* Reading and writing values. */
 
-/* Computed values are brought up to date first; after an error they are read as they are. */
-static void refresh_for(Instance *m, fmi2ValueReference vr) {
-    if (kind[vr] != COMPUTED || m->now.stage == FAILED) return;
-    refresh(m, vr < FIRST_INPUT ? STALE_DERIVATIVES : vr < FIRST_DISCRETE ? STALE_DEPENDENTS : STALE_OUTPUTS);
+/* What must be up to date for a value to be. */
+static int stale_for(fmi2ValueReference vr) {
+    if (kind[vr] != COMPUTED) return 0;
+    return vr < FIRST_INPUT ? STALE_DERIVATIVES : vr < FIRST_DISCRETE ? STALE_DEPENDENTS : STALE_OUTPUTS;
 }
+
+/* Computed values are brought up to date first; after an error they are read as they are. */
 
 #define GET(Type, type, integers) \
     fmi2Status Type(fmi2Component component, const fmi2ValueReference vr[], size_t n, type value[]) { \
         BEGIN(#Type, GETTING); \
+        double sum = 0.0; \
+        int what = 0; \
         size_t i; \
         if (n && (!vr || !value)) REFUSE(#Type ": a null pointer was given"); \
         for (i = 0; i < n; i++) { \
             if (vr[i] >= N_VALUES) REFUSE(#Type ": unknown value reference %u", vr[i]); \
             if (is_integer[vr[i]] != integers) REFUSE(#Type ": %s is %s", variable_name[vr[i]], integers ? "a Real" : "an Integer"); \
+            what |= stale_for(vr[i]); \
         } \
+        if (what & m->now.stale && m->now.stage != FAILED) refresh(m, what); \
         for (i = 0; i < n; i++) { \
-            refresh_for(m, vr[i]); \
             value[i] = (type)m->now.value[vr[i]]; \
+            sum += m->now.value[vr[i]] * 0.0; \
+        } \
+        for (i = 0; sum != 0.0 && i < n; i++) { /* one is not finite */ \
             if (kind[vr[i]] == COMPUTED && !isfinite(m->now.value[vr[i]]) && (m->now.stage & RUNNING)) \
                 REFUSE_AT(#Type ": %s is not finite at t = %.17g", variable_name[vr[i]], m->now.time); \
         } \
@@ -37,8 +45,11 @@ static const char *why_not(const Instance *m, fmi2ValueReference vr) {
 
 static fmi2Status set_one(Instance *m, fmi2ValueReference vr, double value) {
     int is_parameter = vr >= FIRST_PARAMETER && vr < FIRST_DEPENDENT;
-    if (m->now.value[vr] != value) m->now.stale |= is_parameter ? STALE : STALE & ~STALE_DEPENDENTS;
-    m->now.value[vr] = value;
+    if (memcmp(&m->now.value[vr], &value, sizeof value)) { /* ±0 differ */
+        m->now.stale |= is_parameter ? STALE : STALE & ~STALE_DEPENDENTS;
+        m->slope_known = m->start_known = 0;
+        m->now.value[vr] = value;
+    }
     if (value >= minimum[vr] && value <= maximum[vr]) return fmi2OK;
     report(m, fmi2Warning, LOG_WARNING, "%s = %.17g lies outside [%.17g, %.17g]", variable_name[vr],
            value, minimum[vr], maximum[vr]);
@@ -59,7 +70,6 @@ static fmi2Status set_one(Instance *m, fmi2ValueReference vr, double value) {
         } \
         for (i = 0; i < n; i++) \
             if (set_one(m, vr[i], (double)value[i]) != fmi2OK) status = fmi2Warning; \
-        m->slope_known = m->start_known = 0; \
         return status; \
     }
 SET(fmi2SetReal, fmi2Real, 0, SETTING | CONTINUOUS)
