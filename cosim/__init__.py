@@ -35,6 +35,7 @@ if TYPE_CHECKING:
     from .results.pacing import Pace
     from .results.recording import Recording
     from .results.result import Run, SimulationError
+    from .runner import Runner
     from .scenario import Bias, DropOut, Freeze, Override, Scenario, SetDelay, SetParameter
     from .simulation import Simulation
 
@@ -65,6 +66,7 @@ _HOME = {
     "Ramp": "blocks.ramp",
     "Recording": "results.recording",
     "Run": "results.result",
+    "Runner": "runner",
     "Saturation": "blocks.saturation",
     "Scenario": "scenario",
     "SetDelay": "scenario",
@@ -105,6 +107,7 @@ __all__ = [
     "Ramp",
     "Recording",
     "Run",
+    "Runner",
     "Saturation",
     "Scenario",
     "SetDelay",

@@ -23,6 +23,7 @@ and one diagram can run many times at once.
 import math
 from collections.abc import Mapping
 from dataclasses import fields, is_dataclass, replace
+from functools import lru_cache
 from typing import Any, Self, get_type_hints
 
 from ..base.errors import ParameterError, listing, suggest
@@ -106,6 +107,13 @@ class Block:
                 found[name] = value
         return found
 
+    def with_parameters(self, values: Mapping[str, Any]) -> Self:
+        """Return a copy with parameters changed, one after the other; see `with_parameter`."""
+        changed = self
+        for name, value in values.items():
+            changed = changed.with_parameter(name, value)
+        return changed
+
     def with_parameter(self, name: str, value: Any) -> Self:
         """Return a copy with one parameter changed; raise ParameterError if that is not allowed."""
         known = self.parameters()
@@ -117,17 +125,29 @@ class Block:
         outer, dot, inner = name.partition(".")
         if dot:
             value = getattr(self, outer).with_parameter(inner, value)
-        else:
-            hint = get_type_hints(type(self))[name]
-            value = _typed(value, hint, f"{type(self).__name__}.{name}")
+        elif not (type(value) is float and _is_float(type(self), name)):  # quick: nearly always
+            value = _typed(value, _adapter(type(self), name), f"{type(self).__name__}.{name}")
         return replace(self, **{outer: value})  # pyright: ignore[reportArgumentType]
 
 
-def _typed(value: Any, hint: Any, what: str) -> Any:
-    from pydantic import TypeAdapter, ValidationError
+@lru_cache(maxsize=512)
+def _adapter(block: type[Block], name: str) -> Any:
+    """Return what checks a parameter's type: made once for each, since that takes long."""
+    from pydantic import TypeAdapter
+
+    return TypeAdapter(get_type_hints(block)[name])
+
+
+@lru_cache(maxsize=512)
+def _is_float(block: type[Block], name: str) -> bool:
+    return get_type_hints(block)[name] is float
+
+
+def _typed(value: Any, adapter: Any, what: str) -> Any:
+    from pydantic import ValidationError
 
     try:
-        return TypeAdapter(hint).validate_python(value, strict=True)
+        return adapter.validate_python(value, strict=True)
     except ValidationError as error:
         words = error.errors()[0]["msg"]
         raise ParameterError(f"{what} = {value!r}: {words[0].lower()}{words[1:]}") from None

@@ -44,7 +44,8 @@ class Clock:
 
     def time(self, tick: int) -> float:
         """Return the time of a tick in s."""
-        return float(self.start + tick * self.step)
+        a, b, q = self.integers
+        return (a + tick * b) / q
 
     def place(self, seconds: float) -> Fraction:
         """Return a time as a number of ticks, whole or not."""

@@ -4,6 +4,7 @@ import math
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
+from .fmu.instance import FmuInstance
 from .plan import Plan
 
 
@@ -15,6 +16,19 @@ def first_made(plan: Plan, signals: Iterable[str]) -> str:
         return next(i for i, node in enumerate(plan.nodes) if j in node.outputs)
 
     return min(signals, key=place)
+
+
+def present(
+    instances: Mapping[str, FmuInstance], partly: Iterable[str], time: float
+) -> dict[str, tuple[float, ...]]:
+    """Return the FMUs' outputs at a time (s), and get those that the ticks have not got.
+
+    `partly` are the FMUs that have such ones. Raise FmuError if one cannot tell them.
+    """
+    for name in partly:
+        instances[name].time = time
+        instances[name].fetch()
+    return {name: instance.outputs() for name, instance in instances.items()}
 
 
 def not_finite(

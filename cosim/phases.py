@@ -25,11 +25,12 @@ class Phases:
         start: float | Fraction,
         algorithm: Master,
         scenario: Scenario | None,
+        like: Plan | None = None,
     ) -> None:
         if scenario is not None and not isinstance(scenario, Scenario):
             raise ParameterError(f"scenario must be a Scenario, not {scenario!r}")
         self.diagram, self.start, self.algorithm = diagram, start, algorithm
-        self.base = make_plan(diagram, start, algorithm)
+        self.base = make_plan(diagram, start, algorithm, like=like)
         self.clock = self.base.clock
         self.scenario = scenario = Scenario() if scenario is None else scenario
         scenario.check(diagram)
@@ -62,6 +63,10 @@ class Phases:
             for port, block in self._faults.items()
             if any(begin <= tick < end for begin, end in self._windows(block))
         }
+        if not (faults or self._rings or values):
+            return self.base
+        if not faults:
+            return make_plan(diagram, self.start, self.algorithm, self._rings, self.base)
         return faulty_plan(diagram, self.start, self.algorithm, self._rings, faults)
 
     def fmu_changes(self, tick: int) -> Iterator[tuple[str, str, Any]]:

@@ -12,7 +12,7 @@ from .blocks.delay import Delay
 from .blocks.fmu import Fmu
 from .clock import Clock, is_time, rational
 from .coupling.algebraic import check_guess
-from .coupling.network import Network, make_network
+from .coupling.network import Network, is_stateless, make_network
 from .diagram import Diagram, Port
 from .order import loop_chain, ordered
 
@@ -21,8 +21,9 @@ from .order import loop_chain, ordered
 class Node:
     """A block in the plan. `inputs` and `outputs` are places in the plan's list of signals.
 
-    `direct` are the places of those inputs that the outputs need at the same instant. `ring` is
-    how many samples the engine keeps for a delay.
+    `direct` are the places of those inputs that the outputs need at the same instant. Of a delay,
+    `ring` is how many samples the engine keeps, `steps` its time in steps, and `whole` and `part`
+    are what `Delay.split` makes of that.
     """
 
     name: str
@@ -32,6 +33,27 @@ class Node:
     inputs: tuple[int, ...]
     outputs: tuple[int, ...]
     ring: int = 0
+    steps: Fraction = Fraction(0)
+    whole: int = 0
+    part: float = 0.0
+
+    @classmethod
+    def of_delay(
+        cls,
+        name: str,
+        block: Delay,
+        step: Fraction,
+        ring: int,
+        inputs: tuple[int, ...],
+        outputs: tuple[int, ...],
+    ) -> "Node":
+        """Return the node of a delay whose ring has at least a length."""
+        steps = block.steps(step)
+        whole, part = block.split_steps(steps)
+        direct = () if whole else inputs
+        # One sample more than are read at ticks: a held signal's edge lies between them.
+        ring = max(ring, whole + 3)
+        return cls(name, block, 1, direct, inputs, outputs, ring, steps, whole, part)
 
     @property
     def continuous(self) -> bool:
@@ -75,11 +97,16 @@ def make_plan(
     start: float | Fraction,
     algorithm: Master | None = None,
     rings: Mapping[str, int] | None = None,
+    like: Plan | None = None,
 ) -> Plan:
     """Return the plan; raise DiagramError for an open input, AlgebraicLoopError for a loop.
 
-    `rings` are least lengths of delays' rings, for a delay that will grow.
+    `rings` are least lengths of delays' rings, for a delay that will grow. `like` is a plan of the
+    same diagram, but for its blocks' parameters, start and algorithm included: order and wiring
+    are taken from it where the blocks allow.
     """
+    if like is not None and (found := _like(like, diagram, rings or {})) is not None:
+        return found
     algorithm = TwoPhase() if algorithm is None else algorithm
     if not isinstance(algorithm, Master):
         raise DiagramError(f"algorithm must be one of railcosim's, such as {TwoPhase()!r}, not "
@@ -127,14 +154,56 @@ def _node(diagram: Diagram, name: str, clock: Clock, place: dict[Port, int], rin
     inputs = tuple(place[connections[Port(name, port)]] for port in block.inputs)
     outputs = tuple(place[Port(name, port)] for port in block.outputs)
     if isinstance(block, Delay):
-        whole, _ = block.split(clock.step)
-        # One sample more than are read at ticks: a held signal's edge lies between them.
-        return Node(name, block, 1, () if whole else inputs, inputs, outputs, max(ring, whole + 3))
+        return Node.of_delay(name, block, clock.step, ring, inputs, outputs)
     direct = inputs if block.feedthrough and not isinstance(block, Fmu) else ()
     if block.direct and not block.feedthrough:
         ports = list(block.inputs)
         direct = tuple(inputs[ports.index(port)] for port in block.direct)
     return Node(name, block, ticks, direct, inputs, outputs)
+
+
+def _like(plan: Plan, diagram: Diagram, rings: Mapping[str, int]) -> Plan | None:
+    """Return a plan with a diagram's blocks in it; None if one does not fit into its place."""
+    nodes = []
+    for node in plan.nodes:
+        block, name = diagram.block(node.name), node.name
+        if block is node.block and name not in rings:
+            nodes.append(node)
+        elif isinstance(block, Delay) and isinstance(node.block, Delay):
+            ring = rings.get(name, 0)
+            made = Node.of_delay(name, block, plan.clock.step, ring, node.inputs, node.outputs)
+            if made.direct != node.direct or block.continuous != node.block.continuous:
+                return None
+            nodes.append(made)
+        elif _fits(block, node.block):
+            nodes.append(_changed(node, block=block))
+        else:
+            return None
+    return _changed(plan, nodes=tuple(nodes))
+
+
+def _changed(value: Any, **fields: Any) -> Any:
+    """Return what dataclasses.replace does, of a class without slots, quickly."""
+    made = object.__new__(type(value))
+    made.__dict__.update(value.__dict__, **fields)
+    return made
+
+
+def _fits(new: Block, old: Block) -> bool:
+    """Return whether a plan does not tell two blocks apart."""
+    if type(new) is not type(old):
+        return False
+    if isinstance(new, Fmu) and isinstance(old, Fmu):
+        return new.form() == old.form() and new.period == old.period
+    return all(getattr(new, what) == getattr(old, what) for what in _FORM) and (
+        not new.continuous or is_stateless(new) == is_stateless(old)
+    )
+
+
+_FORM = (
+    "inputs", "outputs", "feedthrough", "direct", "timed", "is_wire", "continuous",
+    "run_by_engine", "shares_unit", "period", "types",
+)  # fmt: skip
 
 
 def _is_loop(group: tuple[str, ...], needs: dict[str, set[str]]) -> bool:

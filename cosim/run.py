@@ -17,7 +17,7 @@ def run(diagram: "Diagram", stop: float | Fraction, options: Options, *, progres
     """Run a diagram to `stop` (s); see Diagram.run."""
     from tqdm import tqdm
 
-    ticks = _ticks(diagram, stop, options)
+    ticks = run_ticks(diagram, stop, options)
     simulation = Simulation(diagram, options, ticks=ticks)
     with simulation:
         # disable=None: no bar where standard error is not a terminal.
@@ -38,7 +38,7 @@ def run(diagram: "Diagram", stop: float | Fraction, options: Options, *, progres
     return simulation.result()
 
 
-def _ticks(diagram: "Diagram", stop: float | Fraction, options: Options) -> int:
+def run_ticks(diagram: "Diagram", stop: float | Fraction, options: Options) -> int:
     """Return the run's length; raise DiagramError for a stop that is none."""
     if not is_time(stop):
         raise DiagramError(f"stop must be a time in s, not {stop!r}")

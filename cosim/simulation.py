@@ -1,5 +1,6 @@
 """A simulation that is going on: a diagram brought to some tick, to be taken further or saved."""
 
+import struct
 import warnings
 from contextlib import suppress
 from fractions import Fraction
@@ -15,11 +16,11 @@ from .checkpoint import Checkpoint
 from .clock import is_time, rational
 from .coupling.initialise import Initialisation, NotFiniteError
 from .diagram import Diagram
-from .engine.choice import Engine, choose_engine
-from .engine.generate import generate
+from .engine.choice import Engine
 from .engine.places import ObserverError, Place, message, no_number
-from .finite import first_made, not_finite
+from .finite import first_made, not_finite, present
 from .fmu.instance import FmuInstance
+from .kit import Kit
 from .options import Options
 from .phases import Phases
 from .plan import Plan
@@ -28,7 +29,6 @@ from .results.pacing import Pacer
 from .results.recording import Recorder, Recording
 from .results.result import Run, SimulationError
 from .schedule.operations import Record
-from .schedule.schedule import make_schedule
 from .watching import StopRunError, observer_call, wait_call
 
 _CHUNK_SECONDS = 0.1  # between two looks at the clock, the progress bar and the signals
@@ -41,11 +41,16 @@ class Simulation:
     for the end. `simulation["block.port"]` is a signal there.
     """
 
-    def __init__(self, diagram: Diagram, options: Options, *, ticks: int | None = None) -> None:
+    def __init__(
+        self, diagram: Diagram, options: Options, *, ticks: int | None = None,
+        kit: Kit | None = None,
+    ) -> None:  # fmt: skip
         self._began = perf_counter()
         self._options, self._ticks = options, ticks
+        self._kit = Kit() if kit is None else kit
         algorithm = TwoPhase() if options.algorithm is None else options.algorithm
-        self._phases = Phases(diagram, options.start, algorithm, options.scenario)
+        self._phases = Phases(diagram, options.start, algorithm, options.scenario, self._kit.plan)
+        self._kit.keep_plan(self._phases.base)
         self._plan = self._phases.base
         recording = Recording.of(options.record)
         names = self._plan.signals
@@ -66,8 +71,8 @@ class Simulation:
         )  # fmt: skip
         self._has_last_row = False
         self._finished: int | None = None  # the tick that `finish` has recorded
-        self._broken = ""  # why it cannot go on
-        self._size = 256  # ticks in a chunk
+        self._broken = "has not begun"  # why it cannot go on
+        self._size = self._kit.chunk  # ticks in a chunk
         try:
             self._open(options.resume)
         except BaseException as error:
@@ -81,7 +86,7 @@ class Simulation:
     def _open(self, resume: Checkpoint | None) -> None:
         for name, block in self._phases.diagram.blocks.items():
             if isinstance(block, Fmu):
-                self._instances[name] = block.instance(name)
+                self._instances[name] = self._kit.instance(name, block)
         self._compile()
         self._values = list(self._schedule.start)
         self._initialise(is_resumed=resume is not None)
@@ -91,20 +96,19 @@ class Simulation:
             self._change_fmus()
         if self._pacer is not None:
             self._pacer.anchor(self.tick)
+        self._broken = ""
 
     def _compile(self) -> None:
         """Make the program for the plan that holds from the present tick on."""
         plan = self._plan = self._phases.plan(self.tick)
         watched = {name for observer in self._options.observers for name in observer.ports}
         kept = {plan.signals.index(name) for name in (*self._kept, *watched)}
-        self._schedule = make_schedule(plan, self._instances, kept)
         registers = tuple(f"y{plan.signals.index(name)}" for name in self._kept)
         record = Record(registers=registers, every=self._recorder.every)
         before = () if self._pacer is None else (wait_call(self._pacer),)
         after = tuple(observer_call(observer, plan) for observer in self._options.observers)
-        self._program = generate(self._schedule, record, before=before, after=after)
-        self._engine = choose_engine(
-            self._options.engine, self._schedule, self._program, record, before, after
+        self._schedule, self._program, self._engine = self._kit.prepared(
+            self._options.engine, plan, self._instances, kept, record, before, after
         )
 
     def _initialise(self, *, is_resumed: bool) -> None:
@@ -117,10 +121,14 @@ class Simulation:
                 raise
             except Exception as error:
                 raise self._failed(error, self._program.where(error)) from error
-            what = no_number(plan, {f"y{i}": y for i, y in enumerate(values)}, 0)
-            if what is not None:
-                raise self._failure(what)
-            return values[: len(plan.signals)]
+            values = values[: len(plan.signals)]
+            try:
+                struct.pack(f"{len(values)}d", *values)
+            except (struct.error, TypeError, OverflowError):
+                what = no_number(plan, {f"y{i}": y for i, y in enumerate(values)}, 0)
+                if what is not None:
+                    raise self._failure(what) from None
+            return values
 
         initialisation = Initialisation(plan, self._instances, signals, self._ticks)
         initialisation.settle()
@@ -135,9 +143,12 @@ class Simulation:
         """Terminate and free the FMUs; what goes wrong in that becomes a warning."""
         if hasattr(self, "_schedule"):
             self._schedule.coupling.release()
-        for instance in self._instances.values():
+        is_whole = not self._broken
+        self._kit.chunk = self._size
+        for name, instance in self._instances.items():
             instance.time = self.time
-            trouble = instance.close()
+            block: Any = self._phases.diagram.block(name)
+            trouble = self._kit.give_back(name, block, instance, is_whole=is_whole)
             if trouble:
                 self._warnings.append(trouble)
                 warnings.warn(trouble, stacklevel=2)
@@ -152,6 +163,7 @@ class Simulation:
         with suppress(RailcosimError):
             if kind is not None:
                 what = f"broken off at t = {self.time:.9g} s by {kind.__name__}"
+                self._broken = self._broken or "was broken off"
                 self._recorder.close(what, info=self._info())
             elif self._ticks is None and not (self._broken or self._closed):
                 self.finish()
@@ -213,8 +225,8 @@ class Simulation:
                 f"an observer has ended the simulation at t = {self.time:.9g} s, in the middle "
                 "of a step; there is no checkpoint of that"
             )
-        phases = self._phases
-        return Checkpoint.of(self.tick, phases.base, phases.scenario, self._schedule, self._values,
+        base, scenario = self._phases.base, self._phases.scenario
+        return Checkpoint.of(self.tick, base, scenario, self._schedule, self._values,
                              self._instances)  # fmt: skip
 
     # Going on
@@ -264,8 +276,7 @@ class Simulation:
             raise DiagramError("the simulation has been closed")
 
     def _chunk(self) -> int:
-        limit = self._recorder.limit * self._recorder.every
-        size = min(self._size, limit)
+        size = min(self._size, self._recorder.limit * self._recorder.every)
         if self._options.pace is not None:
             size = min(size, int(_CHUNK_SECONDS * self._options.pace.factor / self._clock.step))
         return max(1, size)
@@ -279,8 +290,7 @@ class Simulation:
             assert place is not None
             self._keep(rows, place.tick + 1)
             self.tick, self.ended = place.tick, True
-            count = len(self._plan.signals)
-            self._last_signals = [place.values[f"y{j}"] for j in range(count)]
+            self._last_signals = [place.values[f"y{j}"] for j in range(len(self._plan.signals))]
             return
         except (Exception, SystemExit) as error:  # exit() in a block is the block's failure
             place = self._engine.where(error)
@@ -322,9 +332,11 @@ class Simulation:
         """Raise SimulationError for a signal that is not finite, recorded or not."""
         n = len(self._plan.nodes)
         signals = self._values[n : n + len(self._plan.signals)]
-        outputs = {name: instance.outputs() for name, instance in self._instances.items()}
-        what = not_finite(self._plan, signals, outputs, self.tick)
-        if what is not None:
+        try:
+            outputs = present(self._instances, self._schedule.partly, self.time)
+        except RailcosimError as error:
+            raise self._failed(error, None) from error
+        if (what := not_finite(self._plan, signals, outputs, self.tick)) is not None:
             raise self._failure(what)
 
     def _cross(self) -> None:
@@ -392,20 +404,14 @@ class Simulation:
         )
 
     def _info(self) -> dict[str, Any]:
-        plan = self._plan
         engine: Engine | None = getattr(self, "_engine", None)
         return {
             "engine": "" if engine is None else engine.name,
             "engine_reason": "" if engine is None else engine.reason,
-            "algorithm": repr(plan.algorithm),
-            "order": list(plan.order),
+            "algorithm": repr(self._plan.algorithm),
+            "order": list(self._plan.order),
             "step": float(self._clock.step),
             "start": self._clock.time(0),
-            "steps": self._fmu_steps(),
+            "steps": self._schedule.coupling.counted if hasattr(self, "_schedule") else None,
             "warnings": list(self._warnings),
         }
-
-    def _fmu_steps(self) -> int | None:
-        """Return how many steps the FMUs have made, where that is not the number of ticks."""
-        coupling = getattr(self, "_schedule", None) and self._schedule.coupling
-        return coupling.fmus.steps if coupling and coupling.is_always else None

@@ -57,7 +57,10 @@ class Delay(Block):
 
         With "hold" a part of a step counts as a whole one: at t − time the sample before holds.
         """
-        steps = self.steps(step)
+        return self.split_steps(self.steps(step))
+
+    def split_steps(self, steps: Fraction) -> tuple[int, float]:
+        """Return what `split` does, from the delay in steps."""
         whole = steps.numerator // steps.denominator
         part = steps - whole
         if self.interpolation == "hold":

@@ -37,6 +37,7 @@ class Fmu(Block):
 
     __slots__ = (
         "_computed",
+        "_description",
         "_settable",
         "direct_inputs",
         "guid",
@@ -101,6 +102,7 @@ class Fmu(Block):
         description = read_description(self.path)
         binary_of(self.path, description)
         variables = description.modelVariables
+        self._description = description
         self.guid = description.guid
         self._settable = {v.name: v for v in variables if _settable(v)}
         self._computed = {v.name for v in variables} - self._settable.keys()
@@ -136,11 +138,27 @@ class Fmu(Block):
 
     def with_parameter(self, name: str, value: Any) -> Self:
         """Return a copy with one parameter or start value changed."""
-        variable = self._settable.get(name)
-        if variable is not None and variable.causality == "input" and name in self.inputs:
-            raise ParameterError(f"{self.path.name}: '{name}' is an input port, not a parameter")
-        values: dict[str, Any] = {**self.values, **self._checked({name: value})}
-        return self.with_values(self.path, values, **self._options())
+        return self.with_parameters({name: value})
+
+    def with_parameters(self, values: Mapping[str, Any]) -> Self:
+        """Return a copy with some parameters and start values changed."""
+        for name in values:
+            variable = self._settable.get(name)
+            if variable is not None and variable.causality == "input" and name in self.inputs:
+                where = self.path.name
+                raise ParameterError(f"{where}: '{name}' is an input port, not a parameter")
+        values = {**self.values, **self._checked(values)}
+        if read_description(self.path) is not self._description:  # the file is another one by now
+            return self.with_values(self.path, values, **self._options())
+        made = type(self).__new__(type(self))
+        for slot in Fmu.__slots__:
+            setattr(made, slot, getattr(self, slot))
+        made.values = values
+        return made
+
+    def form(self) -> tuple[Any, ...]:
+        """Return what an instance is made by, beside the values."""
+        return self.path, self.isolated, self.timeout, tuple(self.inputs), tuple(self.outputs)
 
     def instance(self, name: str) -> FmuInstance:
         """Return a fresh instance under a block's name, with its values set."""

@@ -9,6 +9,7 @@ import numpy as np
 
 from ..engine.generate import Program
 from ..engine.places import Place
+from ..schedule.forms import Values
 from . import structures as s
 from .library import Library
 from .table import Table
@@ -29,6 +30,11 @@ class CompiledEngine:
 
     name = "compiled"
     reason = ""
+
+    def bind(self, values: Sequence[Values]) -> None:
+        """Take other values: those of the pieces of a schedule of the same form."""
+        self.program.bind(values)
+        self.table.bind(values)
 
     def advance(self, k: int, end: int, values: Sequence[Any], rows: np.ndarray) -> list[Any]:
         """Run ticks k … end − 1, write their rows, and return the registers then."""

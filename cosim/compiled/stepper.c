@@ -72,7 +72,8 @@ typedef struct {
     Object *object;
 } Register;
 
-enum { K, T, TM, T1 }; /* the first registers: the tick, its start, middle and end (s) */
+/* The first registers: the tick, its start, middle and end (s), and where a divided tick has come to (s) */
+enum { K, T, TM, T1, TP };
 
 /* An entry of `tuples` is a register, or −1 − the place where another tuple stands: its length and then
  * its entries. */
@@ -120,6 +121,7 @@ typedef struct {
 typedef struct {
     int inputs, calls;
     int is_unlocked; /* the interpreter's lock is released meanwhile */
+    int is_divided;  /* it begins at TP and goes over the state's span */
     const Input *input;
     const FmuCall *call;
     double span;
@@ -167,15 +169,45 @@ typedef struct {
 } Branch;
 
 typedef struct {
+    int result, ring;
+    long long length, shift;
+    double part;
+    Object *part_object;
+    Object *initial, *history; /* history: a function of k, in place of a number */
+} Within;
+
+/* A place at (a + k b) / q (s) inside the tick. Up to tick `last` doubles hold these numbers, later the
+ * objects have to do. */
+typedef struct {
+    int count;
+    const Test *tests;
+    long long last;
+    double a, b, q;
+    Object *a_object, *b_object, *q_object;
+    const double *spans; /* to each later stop, then to the tick's end */
+} Stop;
+
+typedef struct {
+    int count; /* no more than `jumps` has bits */
+    const Stop *stops;
+    const double *spans; /* from the tick's start */
+} Divide;
+
+typedef struct {
+    const Divide *divide;
+    int number;
+} Land;
+
+typedef struct {
     int count;
     const int *registers;
     Object *pack; /* for what is no number: raises */
 } Record;
 
-enum { CALL, READ, ADVANCE, PAST, KEEP, MOVE, LINE, ANNOUNCE, BRANCH, JUMP, RECORD };
+enum { CALL, READ, ADVANCE, PAST, KEEP, MOVE, LINE, ANNOUNCE, BRANCH, JUMP, RECORD, WITHIN, DIVIDE, LAND };
 typedef struct {
     int kind;
-    int next; /* after it; for a branch if no test holds */
+    int next; /* after it; for a branch, a division or a stop if no test holds */
     long long every;
     const void *what;
 } Operation;
@@ -198,6 +230,8 @@ typedef struct {
     double *row;
     long long k, end;
     int operation; /* −1 between ticks */
+    unsigned jumps; /* the stops of this tick, as bits */
+    double span;    /* of a divided step (s) */
 } State;
 
 /* Registers */
@@ -474,11 +508,11 @@ static int invoke(const FmuCall *c, double t, double span) {
 }
 
 /* Have Python raise what an FMU's status means. */
-static int fail(const Advance *advance, const FmuCall *c, int status, double t) {
+static int fail(const Advance *advance, const FmuCall *c, int status, double t, double span) {
     Object *stack[4], **arguments = stack + 1, *result = NULL;
     arguments[0] = c->name;
     arguments[1] = py.long_from_long_long(status);
-    arguments[2] = py.float_from_double(c->at_end ? t + advance->span : t);
+    arguments[2] = py.float_from_double(c->at_end ? t + span : t);
     if (arguments[1] && arguments[2]) result = py.vectorcall(advance->fail, arguments, 3 | FREE_BEFORE, NULL);
     if (arguments[1]) py.decref(arguments[1]);
     if (arguments[2]) py.decref(arguments[2]);
@@ -488,18 +522,22 @@ static int fail(const Advance *advance, const FmuCall *c, int status, double t) 
 }
 
 static int advance_by_method(State *s, const Advance *advance) {
-    Object *stack[4], **arguments = stack + 1, *result;
+    Object *stack[4], **arguments = stack + 1, *span = advance->span_object, *result;
     size_t count = 0;
     if (advance->self) arguments[count++] = advance->self;
-    if (!(arguments[count++] = object_of(&s->registers[T]))) return -1;
-    arguments[count++] = advance->span_object;
-    if (!(result = py.vectorcall(advance->method, arguments, count | FREE_BEFORE, NULL))) return -1;
+    if (!(arguments[count++] = object_of(&s->registers[advance->is_divided ? TP : T]))) return -1;
+    if (advance->is_divided && !(span = py.float_from_double(s->span))) return -1;
+    arguments[count++] = span;
+    result = py.vectorcall(advance->method, arguments, count | FREE_BEFORE, NULL);
+    if (advance->is_divided) py.decref(span);
+    if (!result) return -1;
     py.decref(result);
     return 0;
 }
 
 static int advance(State *s, const Advance *advance) {
-    double t = s->registers[T].number;
+    double t = s->registers[advance->is_divided ? TP : T].number;
+    double span = advance->is_divided ? s->span : advance->span;
     int i, status;
     for (i = 0; i < advance->inputs; i++)
         if (give(s, advance, &advance->input[i])) return -1;
@@ -507,19 +545,27 @@ static int advance(State *s, const Advance *advance) {
     for (i = 0; i < advance->calls;) {
         void *thread = advance->is_unlocked ? py.save_thread() : NULL;
         for (status = 0; i < advance->calls && status <= 1; i++)
-            status = invoke(&advance->call[i], t, advance->span);
+            status = invoke(&advance->call[i], t, span);
         if (advance->is_unlocked) py.restore_thread(thread);
-        if (status > 1 && fail(advance, &advance->call[i - 1], status, t)) return -1;
+        if (status > 1 && fail(advance, &advance->call[i - 1], status, t, span)) return -1;
     }
     return 0;
 }
 
 /* Delays */
 
+/* tick modulo length, from 0. With 32 bits processors divide in a fraction of the time. */
+static long long modulo(long long tick, long long length) {
+    long long place;
+    if (!(((unsigned long long)tick | (unsigned long long)length) >> 32))
+        return (unsigned)tick % (unsigned)length;
+    place = tick % length;
+    return place < 0 ? place + length : place;
+}
+
 static Object *sample(State *s, int ring, long long length, long long tick) { /* borrowed */
     Object *list = object_of(&s->registers[ring]);
-    long long place = tick % length;
-    return list ? py.list_get_item(list, (ptrdiff_t)(place < 0 ? place + length : place)) : NULL;
+    return list ? py.list_get_item(list, (ptrdiff_t)modulo(tick, length)) : NULL;
 }
 
 static int history(State *s, const Past *p, Register *result) {
@@ -564,7 +610,7 @@ static int keep(State *s, const Keep *k) {
     Object *list = object_of(&s->registers[k->ring]), *object = object_of(&s->registers[k->source]);
     if (!list || !object) return -1;
     py.incref(object);
-    return py.list_set_item(list, (ptrdiff_t)(s->k % k->length), object);
+    return py.list_set_item(list, (ptrdiff_t)modulo(s->k, k->length), object);
 }
 
 /* Events */
@@ -589,14 +635,20 @@ static int announce(State *s, const Announce *a) {
 }
 
 static int is_edge(State *s, const Test *test) {
-    Object *old, *new;
+    Object *list, *old, *new;
+    long long place;
     int answer;
     if (s->k == test->first) return 1;
     if (!test->always || s->k < test->first) return 0;
-    if (!(old = sample(s, test->ring, test->length, s->k - test->whole))) return -1;
-    if (!(new = sample(s, test->ring, test->length, s->k - (test->whole - 1)))) return -1;
-    if (type_of(old) == py.float_type && type_of(new) == py.float_type)
-        return py.float_as_double(old) != py.float_as_double(new);
+    if (!(list = object_of(&s->registers[test->ring]))) return -1;
+    place = modulo(s->k - test->whole, test->length);
+    if (!(old = py.list_get_item(list, (ptrdiff_t)place))) return -1;
+    place = place + 1 < test->length ? place + 1 : 0;
+    if (!(new = py.list_get_item(list, (ptrdiff_t)place))) return -1;
+    if (type_of(old) == py.float_type && type_of(new) == py.float_type) {
+        double before = py.float_as_double(old);
+        return before != (old == new ? before : py.float_as_double(new));
+    }
     py.incref(old);
     py.incref(new);
     answer = compare(old, new, NOT_EQUAL);
@@ -613,6 +665,89 @@ static int any(State *s, const Branch *b) {
         else answer = precedes(&s->registers[test->event], &s->registers[T1], LESS);
     }
     return answer;
+}
+
+static int any_edge(State *s, int count, const Test *tests) {
+    int i, answer = 0;
+    for (i = 0; i < count && !answer; i++) answer = is_edge(s, &tests[i]);
+    return answer;
+}
+
+/* Go on from before stop `from`: the span is that to the next stop of this tick, or to its end. */
+static void choose_span(State *s, const Divide *d, const double *spans, int from) {
+    int next = from;
+    while (next < d->count && !(s->jumps >> next & 1)) next++;
+    s->span = spans[next - from];
+}
+
+/* Whether the tick is divided: 1 or 0. */
+static int divide(State *s, const Divide *d) {
+    int i;
+    s->jumps = 0;
+    for (i = 0; i < d->count; i++) {
+        int answer = any_edge(s, d->stops[i].count, d->stops[i].tests);
+        if (answer < 0) return -1;
+        s->jumps |= (unsigned)answer << i;
+    }
+    if (!s->jumps) return 0;
+    set_number(&s->registers[TP], s->registers[T].number);
+    choose_span(s, d, d->spans, 0);
+    return 1;
+}
+
+static int place_time(State *s, const Stop *stop, double *t) {
+    Object *x;
+    if (s->k <= stop->last) {
+        *t = (stop->a + (double)s->k * stop->b) / stop->q;
+        return 0;
+    }
+    if (!(x = py.long_from_long_long(s->k))) return -1;
+    if (!(x = and_release(py.number_multiply(x, stop->b_object), x))) return -1;
+    if (!(x = and_release(py.number_add(stop->a_object, x), x))) return -1;
+    if (!(x = and_release(py.number_true_divide(x, stop->q_object), x))) return -1;
+    *t = py.float_as_double(x);
+    py.decref(x);
+    return 0;
+}
+
+/* Whether this tick has the stop: 1 or 0. */
+static int land(State *s, const Land *l) {
+    const Stop *stop = &l->divide->stops[l->number];
+    double t;
+    if (!(s->jumps >> l->number & 1)) return 0;
+    if (place_time(s, stop, &t)) return -1;
+    set_number(&s->registers[TP], t);
+    choose_span(s, l->divide, stop->spans, l->number + 1);
+    return 1;
+}
+
+static int put_ring(State *s, const Within *w, long long tick, Register *result) {
+    Object *object = sample(s, w->ring, w->length, tick);
+    if (object) py.incref(object);
+    return set_result(result, object);
+}
+
+static int within(State *s, const Within *w) {
+    Register *result = &s->registers[w->result];
+    Register old = {EMPTY, 0, 0.0, NULL}, new = {EMPTY, 0, 0.0, NULL};
+    long long tick = s->k + w->shift;
+    int status;
+    if (tick < 0) {
+        Object *k;
+        if (!w->history) {
+            py.incref(w->initial);
+            return set_result(result, w->initial);
+        }
+        if (!(k = py.long_from_long_long(s->k))) return -1;
+        return set_result(result, and_release(call1(w->history, NULL, k), k));
+    }
+    if (w->part == 0.0 || w->shift == 0) return put_ring(s, w, tick, result);
+    status = put_ring(s, w, tick, &old);
+    if (!status) status = put_ring(s, w, tick + 1, &new);
+    if (!status) status = along(result, &old, &new, w->part, w->part_object);
+    clear(&old);
+    clear(&new);
+    return status;
 }
 
 /* Rows */
@@ -659,7 +794,7 @@ static int tick(State *s) {
         const void *what = o->what;
         int status = 0;
         s->operation = i++;
-        if (o->every > 1 && s->k % o->every) continue;
+        if (o->every > 1 && modulo(s->k, o->every)) continue;
         switch (o->kind) {
             case CALL: status = call(s, what); break;
             case READ: read(s, what); break;
@@ -678,6 +813,15 @@ static int tick(State *s) {
                 if (!status) i = o->next;
                 break;
             case JUMP: i = o->next; break;
+            case WITHIN: status = within(s, what); break;
+            case DIVIDE:
+                status = divide(s, what);
+                if (!status) i = o->next;
+                break;
+            case LAND:
+                status = land(s, what);
+                if (!status) i = o->next;
+                break;
             case RECORD: status = record(s, what); break;
         }
         if (status < 0) return -1;
@@ -703,8 +847,8 @@ EXPORT size_t stepper_size(int which) {
     static const size_t sizes[] = {
         sizeof(Python), sizeof(Register), sizeof(Call), sizeof(Slot), sizeof(Read), sizeof(Input),
         sizeof(FmuCall), sizeof(Advance), sizeof(Past), sizeof(Keep), sizeof(Move), sizeof(Line),
-        sizeof(Announce), sizeof(Test), sizeof(Branch), sizeof(Record), sizeof(Operation), sizeof(Table),
-        sizeof(State)};
+        sizeof(Announce), sizeof(Test), sizeof(Branch), sizeof(Within), sizeof(Stop), sizeof(Divide), sizeof(Land),
+        sizeof(Record), sizeof(Operation), sizeof(Table), sizeof(State)};
     return which >= 0 && (size_t)which < sizeof sizes / sizeof *sizes ? sizes[which] : 0;
 }
 

@@ -7,6 +7,7 @@ from ctypes import (
     c_longlong,
     c_size_t,
     c_ssize_t,
+    c_uint,
     c_void_p,
     cast,
     py_object,
@@ -44,7 +45,8 @@ FUNCTIONS = (
 )
 TYPES = (float, tuple, RuntimeError)
 
-INT, LONG, DOUBLE, SIZE, INDEX = c_int, c_longlong, c_double, c_size_t, c_ssize_t
+INT, UINT, LONG, DOUBLE = c_int, c_uint, c_longlong, c_double
+SIZE, INDEX = c_size_t, c_ssize_t
 OBJECT = POINTER = c_void_p
 
 
@@ -102,6 +104,7 @@ Advance = _structure(
     inputs=INT,
     calls=INT,
     is_unlocked=INT,
+    is_divided=INT,
     input=POINTER,
     call=POINTER,
     span=DOUBLE,
@@ -133,6 +136,32 @@ Line = _structure("Line", result=INT, start=INT, end=INT, two=OBJECT)
 Announce = _structure("Announce", event=INT, state=INT, function=OBJECT, self=OBJECT)
 Test = _structure("Test", event=INT, ring=INT, always=INT, length=LONG, whole=LONG, first=LONG)
 Branch = _structure("Branch", count=INT, tests=POINTER)
+Within = _structure(
+    "Within",
+    result=INT,
+    ring=INT,
+    length=LONG,
+    shift=LONG,
+    part=DOUBLE,
+    part_object=OBJECT,
+    initial=OBJECT,
+    history=OBJECT,
+)
+Stop = _structure(
+    "Stop",
+    count=INT,
+    tests=POINTER,
+    last=LONG,
+    a=DOUBLE,
+    b=DOUBLE,
+    q=DOUBLE,
+    a_object=OBJECT,
+    b_object=OBJECT,
+    q_object=OBJECT,
+    spans=POINTER,
+)
+Divide = _structure("Divide", count=INT, stops=POINTER, spans=POINTER)
+Land = _structure("Land", divide=POINTER, number=INT)
 Record = _structure("Record", count=INT, registers=POINTER, pack=OBJECT)
 Operation = _structure("Operation", kind=INT, next=INT, every=LONG, what=POINTER)
 Table = _structure(
@@ -157,12 +186,14 @@ State = _structure(
     k=LONG,
     end=LONG,
     operation=INT,
+    jumps=UINT,
+    span=DOUBLE,
 )
 
 # In the order in which stepper_size() counts them.
 ALL = (
     Python, Register, Call, Slot, Read, Input, FmuCall, Advance, Past, Keep, Move, Line, Announce,
-    Test, Branch, Record, Operation, Table, State,
+    Test, Branch, Within, Stop, Divide, Land, Record, Operation, Table, State,
 )  # fmt: skip
 
 

@@ -3,16 +3,20 @@
 import ctypes
 import struct
 from collections.abc import Callable, Sequence
+from functools import partial
 from math import gcd
 from types import MethodType
 from typing import Any
 
-from ..engine.generate import used_times
+from ..engine.generate import all_pieces
+from ..engine.text import used_times
+from ..schedule.forms import Values, apart
 from ..schedule.operations import (
     Advance,
     Announce,
     Branch,
     Call,
+    Divide,
     Due,
     Edge,
     Input,
@@ -24,19 +28,22 @@ from ..schedule.operations import (
     Read,
     Record,
     Registers,
+    Within,
 )
 from ..schedule.schedule import Schedule
+from . import bind
 from . import structures as s
+from .bind import EXACT
 from .library import EngineError
 from .unpacking import unpacker
 
 # As in stepper.c: kinds of operations, of an input's conversion and of an FMU's call.
-(CALL, READ, ADVANCE, PAST, KEEP, MOVE, LINE, ANNOUNCE, BRANCH, JUMP, RECORD) = range(11)
+(CALL, READ, ADVANCE, PAST, KEEP, MOVE, LINE, ANNOUNCE, BRANCH, JUMP, RECORD,
+ WITHIN, DIVIDE, LAND) = range(14)  # fmt: skip
 _CONVERSIONS = {None: 0, round: 1, bool: 2}
 _DO_STEP, _TRANSFER, _TRANSFER_SLOPES = range(3)
 _TIMES = {"t": 1, "tm": 2, "t1": 4}
-_FIRST = ("k", "t", "tm", "t1")  # the first registers
-_EXACT = 2**53  # whole numbers up to here are doubles
+_FIRST = ("k", "t", "tm", "t1", "tp")  # the first registers
 
 
 class Table:
@@ -57,9 +64,14 @@ class Table:
         self._operations: list[Any] = []
         self._kept: list[Any] = []  # what the structures point to
         self._depth = 2  # of the arguments' stack
+        # By a piece's id(): one that comes several times has as many structures.
+        self._binds: dict[int, list[Callable[[Values], None]]] = {}
         self._add_all((*before, *schedule.outputs))
         self.record = len(self._operations)
         self._add_all((record, *after, *schedule.updates))
+        found = all_pieces(schedule, record, before, after)
+        self._bound = [self._binds.pop(id(piece), ()) for piece in found]
+        self.bind([apart(piece)[1] for piece in found])
         used = used_times((*before, *schedule.outputs, *after, *schedule.updates))
         self.registers = len(self._registers)
         # What signals are at a step's end, of use after a failure.
@@ -82,7 +94,7 @@ class Table:
 
     def reaches(self, end: int) -> bool:
         """Whether the times up to tick `end` come out exactly as Python divides them."""
-        return abs(self._a) + (end + 1) * self._b <= _EXACT
+        return abs(self._a) + (end + 1) * self._b <= EXACT
 
     # What the structures point to must stay where it is.
 
@@ -106,6 +118,18 @@ class Table:
     def _register(self, name: str) -> int:
         return self._registers.setdefault(name, len(self._registers))
 
+    # Values: what may be other ones of the same form
+
+    def _holds(self, piece: Any, take: Callable[[Values], None]) -> None:
+        self._binds.setdefault(id(piece), []).append(take)
+
+    def bind(self, values: Sequence[Values]) -> None:
+        """Take the values of the pieces of a schedule of the same form."""
+        self._values = values  # the structures point to them
+        for takes, ours in zip(self._bound, values, strict=True):
+            for take in takes:
+                take(ours)
+
     # Operations
 
     def _add_all(self, operations: Sequence[Operation]) -> None:
@@ -128,7 +152,6 @@ class Table:
         raise EngineError(f"the compiled stepper does not know {operation!r}")
 
     def _call(self, operation: Call) -> None:
-        function, bound = self._method(operation.function)
         tuples: list[int] = []
         self._tuple(operation.arguments, tuples)
         self._depth = max(self._depth, len(operation.arguments) + 1)
@@ -138,14 +161,13 @@ class Table:
             if results < 0:
                 unpack = self._object(unpacker(operation.results))
         what = s.Call(
-            function,
-            bound,
-            self._array(ctypes.c_int, tuples),
-            results,
-            operation.results is not None,
-            unpack,
+            tuples=self._array(ctypes.c_int, tuples),
+            results=results,
+            has_results=operation.results is not None,
+            unpack=unpack,
         )
         self._put(CALL, operation, what)
+        self._holds(operation, partial(bind.function, what))
 
     def _entry(self, one: Any, tuples: list[int]) -> int:
         """Return a register's number, or −1 − where the entries of a tuple stand."""
@@ -182,7 +204,9 @@ class Table:
         calls, method = [], (None, None)
         if instance.steps_inline:
             slope_puts = instance.slope_puts if sloped else []
-            prepared = (*instance.puts, *slope_puts, instance.step, *instance.gets)
+            places = operation.outputs
+            gets = instance.gets if places is None else instance.gets_of(places)
+            prepared = (*instance.puts, *slope_puts, instance.step, *gets)
             calls = [self._fmu_call(*call) for call in prepared]
         else:
             method = self._method(instance.advance_sloped if sloped else instance.advance)
@@ -190,6 +214,7 @@ class Table:
             len(inputs),
             len(calls),
             not instance.is_ours,
+            operation.divided,
             self._array(s.Input, inputs),
             self._array(s.FmuCall, calls),
             operation.span,
@@ -242,25 +267,26 @@ class Table:
     def _past(self, operation: Past) -> None:
         o = operation
         what = s.Past(
-            self._register(o.result),
-            self._register(o.ring),
-            self._register(o.newest),
-            self._register("t1" if o.ahead else "t"),
-            o.length,
-            o.whole,
-            o.ahead,
-            o.first - o.ahead,
-            o.part,
-            o.time,
-            self._object(o.part),
-            self._object(o.initial),
-            self._object(o.initial) if callable(o.initial) else None,
+            result=self._register(o.result),
+            ring=self._register(o.ring),
+            newest=self._register(o.newest),
+            time_register=self._register("t1" if o.ahead else "t"),
+            ahead=o.ahead,
         )
         self._put(PAST, operation, what)
+        self._holds(operation, partial(bind.past, what, o.part != 0.0))
+
+    def _within(self, operation: Within) -> None:
+        o = operation
+        what = s.Within(result=self._register(o.result), ring=self._register(o.ring))
+        self._put(WITHIN, operation, what)
+        self._holds(operation, partial(bind.within, what))
 
     def _keep(self, operation: Keep) -> None:
         ring, source = self._register(operation.ring), self._register(operation.source)
-        self._put(KEEP, operation, s.Keep(ring, source, operation.length))
+        what = s.Keep(ring, source)
+        self._put(KEEP, operation, what)
+        self._holds(operation, partial(bind.keep, what))
 
     def _move(self, operation: Move) -> None:
         result, source = self._register(operation.result), self._register(operation.source)
@@ -272,11 +298,12 @@ class Table:
 
     def _announce(self, operation: Announce) -> None:
         event, state = self._register(operation.event), self._register(operation.state)
-        what = s.Announce(event, state, *self._method(operation.function))
+        what = s.Announce(event, state)
         self._put(ANNOUNCE, operation, what)
+        self._holds(operation, partial(bind.function, what))
 
     def _branch(self, operation: Branch) -> None:
-        tests = self._array(s.Test, [self._test(test) for test in operation.tests])
+        tests = self._tests(operation.tests)
         branch = self._put(BRANCH, operation, s.Branch(len(operation.tests), tests))
         self._add(operation.call)
         jump = self._put(JUMP, operation, None)
@@ -284,11 +311,40 @@ class Table:
         self._add_all(operation.otherwise)
         jump.next = len(self._operations)
 
-    def _test(self, test: Due | Edge) -> Any:
-        if isinstance(test, Due):
-            return s.Test(event=self._register(test.event))
-        ring = self._register(test.ring)
-        return s.Test(-1, ring, test.always, test.length, test.whole, test.first)
+    def _tests(self, tests: Sequence[Due | Edge]) -> int:
+        array = (s.Test * len(tests))()
+        for what, test in zip(array, tests, strict=True):
+            if isinstance(test, Due):
+                what.event = self._register(test.event)
+                continue
+            what.event, what.ring, what.always = -1, self._register(test.ring), test.always
+            self._holds(test, partial(bind.edge, what))
+        return self._address(array)
+
+    def _divide(self, operation: Divide) -> None:
+        o = operation
+        stops = (s.Stop * len(o.stops))()
+        for what, stop in zip(stops, o.stops, strict=True):
+            what.count, what.tests = len(stop.tests), self._tests(stop.tests)
+            spans = (ctypes.c_double * len(stop.spans))()
+            what.spans = self._address(spans)
+            self._holds(stop, partial(bind.stop, what, spans))
+        spans = (ctypes.c_double * len(o.spans))()
+        what = s.Divide(len(o.stops), self._address(stops), self._address(spans))
+        self._holds(o, partial(bind.divide, spans))
+        lands = [self._put(DIVIDE, operation, what)]
+        self._add_all(o.steps)
+        for number, stop in enumerate(o.stops):
+            land = s.Land(ctypes.addressof(what), number)
+            lands.append(self._put(LAND, operation, land))
+            if number:
+                lands[-2].next = len(self._operations) - 1
+            self._add_all((*stop.signals, *stop.steps))
+        jump = self._put(JUMP, operation, None)
+        lands[-1].next = len(self._operations) - 1
+        lands[0].next = len(self._operations)
+        self._add_all(o.otherwise)
+        jump.next = len(self._operations)
 
     def _record(self, operation: Record) -> None:
         registers = [self._register(name) for name in operation.registers]
@@ -308,6 +364,8 @@ _ADDERS: dict[type, Callable[[Table, Any], None]] = {
     Line: Table._line,
     Announce: Table._announce,
     Branch: Table._branch,
+    Within: Table._within,
+    Divide: Table._divide,
     Record: Table._record,
 }
 
@@ -320,7 +378,7 @@ def _reduced(integers: tuple[int, int, int]) -> tuple[int, int, int]:
     """Return (a, b, q) in lowest terms; raise EngineError if doubles cannot hold them."""
     divisor = gcd(*integers)
     a, b, q = (n // divisor for n in integers)
-    if max(abs(a), b, q) > _EXACT:
+    if max(abs(a), b, q) > EXACT:
         raise EngineError(
             f"start + k · step = ({a} + k · {b}) / {q} has numbers above 2^53, which doubles round"
         )

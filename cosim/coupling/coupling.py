@@ -98,6 +98,11 @@ class Coupling:
         last = Last(_END, dict(zip(self.extrapolated, before, strict=True))) if before else None
         self._over(k, last, values)
 
+    @property
+    def counted(self) -> int | None:
+        """How many steps the FMUs have made, where that is not the number of ticks."""
+        return self.fmus.steps if self.is_always else None
+
     def release(self) -> None:
         """Free the FMU states that were kept for repeating steps."""
         self.fmus.release()

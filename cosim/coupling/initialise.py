@@ -61,7 +61,8 @@ class Initialisation:
                 raise
             after = self._outputs()
             if all(
-                np.array_equal(a, b, equal_nan=True) for a, b in zip(before, after, strict=True)
+                a == b or np.array_equal(a, b, equal_nan=True)
+                for a, b in zip(before, after, strict=True)
             ):
                 return
         if solver is None:

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 from ...base.errors import DiagramError, listing, suggest
 from ..algorithms import GaussSeidel, Jacobi, Master, StepDoubling
+from ..block import Block
 from ..blocks.delay import Delay
 from ..blocks.fmu import Fmu
 from ..order import ordered
@@ -71,12 +72,13 @@ def _between(node: "Node") -> bool:
         return False
     if isinstance(node.block, Delay):
         return True
-    return node.announces or node.block.is_wire or (node.continuous and _is_stateless(node))
+    return node.announces or node.block.is_wire or (node.continuous and is_stateless(node.block))
 
 
-def _is_stateless(node: "Node") -> bool:
+def is_stateless(block: Block) -> bool:
+    """Return whether a block has no state."""
     try:
-        state = node.block.start()
+        state = block.start()
         return isinstance(state, tuple) and not state
     except Exception:  # named when the run starts
         return False

@@ -4,7 +4,7 @@ Places are exact parts of the tick, from 0 to 1; nothing accumulates.
 """
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any
@@ -145,6 +145,18 @@ def evaluate(node: Node, state: Any, t: float, signals: Any) -> Any:
         return block.output(state, *time)
     except (Exception, SystemExit) as error:
         raise BlockError(node.name) from error
+
+
+def evaluated(node: Node) -> Callable[..., Any]:
+    """Return what gives a node's outputs from (state, t, *inputs), checked as they are within."""
+
+    def values(state: Any, t: float, *inputs: Any) -> Any:
+        found: dict[int, Any] = {}
+        _write(node, evaluate(node, state, t, dict(zip(node.inputs, inputs, strict=True))), found)
+        results = tuple(found[j] for j in node.outputs)
+        return results[0] if len(results) == 1 else results
+
+    return values
 
 
 def _write(node: Node, result: Any, into: Any) -> None:

@@ -6,6 +6,7 @@ from typing import Any, Protocol
 
 import numpy as np
 
+from ..schedule.forms import Values
 from ..schedule.operations import Call, Record
 from ..schedule.schedule import Schedule
 from .generate import Program
@@ -26,6 +27,10 @@ class Engine(Protocol):
     @property
     def reason(self) -> str:
         """Why it is not the compiled one, where that would have been taken."""
+        ...
+
+    def bind(self, values: Sequence[Values]) -> None:
+        """Take other values: those of the pieces of a schedule of the same form."""
         ...
 
     def advance(self, k: int, end: int, values: Sequence[Any], rows: np.ndarray) -> list[Any]:

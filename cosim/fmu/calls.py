@@ -6,7 +6,18 @@ where FMPy's own function objects take 2.3).
 """
 
 from collections.abc import Sequence
-from ctypes import CFUNCTYPE, PYFUNCTYPE, byref, c_double, c_int, c_size_t, c_uint, c_void_p, cast
+from ctypes import (
+    CFUNCTYPE,
+    PYFUNCTYPE,
+    byref,
+    c_double,
+    c_int,
+    c_size_t,
+    c_uint,
+    c_void_p,
+    cast,
+    sizeof,
+)
 from typing import Any
 
 # FMI type -> (FMI function suffix, ctypes type); an enumeration travels as an integer.
@@ -58,7 +69,18 @@ class Group:
 
     def call(self, functions: Functions, verb: str) -> Call:
         """Return the call that sets ("Set") or gets ("Get") the values."""
-        arguments = (byref(self.references), c_size_t(self.size), byref(self.values))
+        return self._call(functions, verb, self.references, self.values)
+
+    def call_between(self, functions: Functions, verb: str, first: int, end: int) -> Call:
+        """Return the call for a part of the variables, from place `first` up to before `end`."""
+        parts = (
+            (array._type_ * (end - first)).from_buffer(array, first * sizeof(array._type_))
+            for array in (self.references, self.values)
+        )
+        return self._call(functions, verb, *parts)
+
+    def _call(self, functions: Functions, verb: str, references: Any, values: Any) -> Call:
+        arguments = (byref(references), c_size_t(len(references)), byref(values))
         return functions.call(f"fmi2{verb}{self.suffix}", *arguments)
 
 

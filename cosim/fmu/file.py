@@ -14,9 +14,12 @@ from ...base.errors import FmuError, listing
 
 def read_description(path: Path) -> Any:
     """Return FMPy's model description of an FMI 2.0 FMU; raise FmuError if it is none."""
-    if not path.exists():
-        raise FmuError(f"no file {path}")
-    stat = path.stat()
+    try:
+        stat = path.stat()
+    except (OSError, ValueError):
+        if path.exists():
+            raise
+        raise FmuError(f"no file {path}") from None
     return _description(path, stat.st_mtime_ns, stat.st_size)
 
 

@@ -10,7 +10,7 @@ from typing import Any, NoReturn
 import numpy as np
 
 from ...base.errors import FmuError
-from .calls import TYPES, Functions, Group, PortArrays, slots
+from .calls import TYPES, Call, Functions, Group, PortArrays, slots
 from .file import (
     LOADING,
     binary_of,
@@ -19,6 +19,7 @@ from .file import (
     read_description,
     require_co_simulation,
 )
+from .library import slave_class
 from .log import callbacks, close_log, open_log, status_word
 from .retry import repeat
 
@@ -48,6 +49,7 @@ class FmuInstance(PortArrays):
         self.description = read_description(path)
         self._by_name = {v.name: v for v in self.description.modelVariables}
         self._number, self._log = open_log()
+        self.given: set[str] = set()  # the variables that `set` has set
         self.time = 0.0
         self._fatal = False
         self._running = False  # between initialization and an error: fmi2Terminate is allowed
@@ -69,8 +71,7 @@ class FmuInstance(PortArrays):
         self._prepare()
 
     def _load(self, guid: str) -> None:
-        from fmpy.fmi2 import FMU2Slave
-
+        slave = slave_class()
         identifier = require_co_simulation(self.path, self.description)
         library = binary_of(self.path, self.description)
         try:
@@ -78,7 +79,7 @@ class FmuInstance(PortArrays):
         except OSError:
             raise FmuError("the working directory is gone; change to one that exists") from None
         try:
-            self.fmu: Any = FMU2Slave(
+            self.fmu: Any = slave(
                 guid=guid,
                 modelIdentifier=identifier,
                 unzipDirectory=str(extracted(self.path)),
@@ -115,6 +116,7 @@ class FmuInstance(PortArrays):
     def _prepare(self) -> None:
         """Look every function up once: the steps then cost no more than their calls."""
         functions = Functions(self.fmu.dll, self.fmu.component, holds_gil=self.is_ours)
+        self._functions = functions
         self.puts = [group.call(functions, "Set") for group in self._in]
         self.gets = [group.call(functions, "Get") for group in self._out]
         self.clock, self.span = c_double(), c_double()  # of steps made inline, by `step`
@@ -139,6 +141,20 @@ class FmuInstance(PortArrays):
                 "fmi2SetRealInputDerivatives", *arguments, byref(self.slope_values)
             )
             self.slope_puts = [put]
+
+    def gets_of(self, places: Sequence[int]) -> list[Call]:
+        """Return the calls that get the outputs at these places, one for each type of them.
+
+        They may get outputs that lie between.
+        """
+        calls = []
+        for group in self._out:
+            slots = (self.output_slots[place] for place in places)
+            found = [i for array, i, _ in slots if array is group.values]
+            if found:
+                span = (min(found), max(found) + 1)
+                calls.append(group.call_between(self._functions, "Get", *span))
+        return calls
 
     # Steps
 
@@ -197,6 +213,7 @@ class FmuInstance(PortArrays):
     def set(self, name: str, value: Any) -> None:
         """Set one variable, before or in initialization mode, or a tunable parameter or input."""
         variable = self._by_name[name]
+        self.given.add(name)
         if variable.type == "String":
             self._call("setString", [variable.valueReference], [str(value)])
         else:
@@ -220,17 +237,30 @@ class FmuInstance(PortArrays):
         self._running = False
         self._call("reset")
 
+    def renew(self) -> None:
+        """Bring the instance back to where a fresh one is, after `finish`."""
+        self.reset()
+        self.given.clear()
+        self._log.clear()
+        self.sloped = False
+
+    def finish(self) -> str | None:
+        """End the run without freeing the instance; return what went wrong in that, if anything."""
+        if not self._running:
+            return None
+        self._running = False
+        try:
+            self._call("terminate")
+        except FmuError as error:
+            return str(error)
+        return None
+
     def close(self) -> str | None:
         """Terminate and free the instance; return what went wrong in that, if anything."""
-        trouble = None
         if self._kept is not None and not self._fatal:
             with suppress(FmuError):
                 self.release(self._kept)
-        if self._running:
-            try:
-                self._call("terminate")
-            except FmuError as error:
-                trouble = str(error)
+        trouble = self.finish()
         if not self._fatal:
             with suppress(Exception):
                 self.fmu.freeInstance()

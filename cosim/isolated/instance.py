@@ -46,6 +46,7 @@ class IsolatedInstance(PortArrays):
         self.path = path
         self.timeout = timeout
         self.description = read_description(path)
+        self.given: set[str] = set()  # the variables that `set` has set
         self.time = 0.0
         self.sloped = False  # whether the latest step had slopes
         with LOADING:
@@ -151,6 +152,7 @@ class IsolatedInstance(PortArrays):
 
     def set(self, name: str, value: Any) -> None:
         """Set one variable, before or in initialization mode, or a tunable parameter or input."""
+        self.given.add(name)
         self._call("set", name, value)
 
     def enter_initialization(self, start: float, stop: float | None) -> None:
@@ -165,6 +167,19 @@ class IsolatedInstance(PortArrays):
     def reset(self) -> None:
         """Bring the instance back to where it was after instantiation."""
         self._call("reset")
+
+    def renew(self) -> None:
+        """Bring the instance back to where a fresh one is, after `finish`."""
+        self._call("renew")
+        self.given.clear()
+        self.sloped = False
+
+    def finish(self) -> str | None:
+        """End the run without freeing the instance; return what went wrong in that, if anything."""
+        try:
+            return self._call("finish")[0]
+        except FmuError as error:
+            return str(error)
 
     def close(self) -> str | None:
         """Terminate and free the instance; return what went wrong in that, if anything."""

@@ -15,7 +15,7 @@ def past(plan: Plan, i: int, *, result: str, ahead: int = 0) -> Past:
     node = plan.nodes[i]
     block = node.block
     assert isinstance(block, Delay)
-    whole, part = block.split(plan.clock.step)
+    whole, part = node.whole, node.part
     initial: float | Callable[[float], Any] = (
         block.history if callable(block.initial) else float(block.initial)
     )
@@ -40,8 +40,8 @@ def edges(plan: Plan, i: int) -> list[Edge]:
     node = plan.nodes[i]
     block = node.block
     assert isinstance(block, Delay)
-    whole, _ = block.split(plan.clock.step)
-    if not block.jumps_between(plan.clock.step):
+    whole = node.whole
+    if node.steps.denominator == 1:
         return []
     held = block.interpolation == "hold"
     first = whole - 1 if held else whole
@@ -52,7 +52,7 @@ def delayed(node: Node, ring: Any, k: int, newest: Any, t: float, step: Fraction
     """Return a delay's output at tick k, at time t (s): what `past` says, evaluated here."""
     block = node.block
     assert isinstance(block, Delay)
-    whole, part = block.split(step)
+    whole, part = node.whole, node.part
     if k < (whole + 1 if part else whole):
         return block.history(t - float(block.time))
     new = newest if whole == 0 else ring[(k - whole) % node.ring]
@@ -71,7 +71,7 @@ def delayed_within(
     """
     block = node.block
     assert isinstance(block, Delay)
-    place = k + offset - block.steps(clock.step)  # in the samples
+    place = k + offset - node.steps  # in the samples
     index = place.numerator // place.denominator
     part = float(place - index)
     if before and not part:
@@ -88,9 +88,8 @@ def delayed_within(
 
 def jump_within(node: Node, ring: Any, k: int, step: Fraction) -> Fraction | None:
     """Return where in tick k (as a part of it) a delay's output jumps, if it does."""
-    block = node.block
+    block, steps = node.block, node.steps
     assert isinstance(block, Delay)
-    steps = block.steps(step)
     whole = steps.numerator // steps.denominator
     if steps == whole or k < whole:
         return None

@@ -46,13 +46,19 @@ class Input:
 
 @dataclass(frozen=True, kw_only=True)
 class Advance:
-    """Set an FMU's inputs, step it over `span` (s) and get its outputs."""
+    """Set an FMU's inputs, step it over `span` (s) and get its outputs.
+
+    `outputs` are the places of those that are needed (None: all); the others may be got or not.
+    In a tick that is `divided` (see Divide) the step begins and ends where that says.
+    """
 
     instance: Any
     inputs: tuple[Input, ...]
     span: float
     node: str
     every: int = 1
+    divided: bool = False
+    outputs: tuple[int, ...] | None = None
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -148,6 +154,52 @@ class Branch:
 
 
 @dataclass(frozen=True, kw_only=True)
+class Within:
+    """result = a delay's output at a place inside tick k.
+
+    From the ring: u[k + shift], or with a `part` u[k + shift] + part · (u[k + shift + 1] − …);
+    before there is such a sample the initial history, a number or a function of k.
+    """
+
+    result: Register
+    ring: Register
+    length: int
+    shift: int
+    part: float
+    initial: float | Callable[[int], Any]
+    node: str
+
+
+@dataclass(frozen=True, kw_only=True)
+class Stop:
+    """A place inside the tick that FMUs land on if one of the tests holds.
+
+    It is at the time (a + k · b) / q, `time` being (a, b, q). `signals` give what is new there and
+    `steps` go on from it, over one of `spans` (s): to each later stop, and to the tick's end.
+    """
+
+    tests: tuple[Edge, ...]
+    time: tuple[int, int, int]
+    signals: tuple["Operation", ...]
+    steps: tuple[Advance, ...]
+    spans: tuple[float, ...]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Divide:
+    """A tick that is divided at those stops whose tests hold; if none does, `otherwise`.
+
+    `steps` begin with the tick, over one of `spans` (s), as those of a stop do. The register "tp"
+    is the time (s) at which a step begins.
+    """
+
+    steps: tuple[Advance, ...]
+    spans: tuple[float, ...]
+    stops: tuple[Stop, ...]
+    otherwise: tuple["Operation", ...]
+
+
+@dataclass(frozen=True, kw_only=True)
 class Record:
     """Put registers into the row of this tick, at every `every`-th tick."""
 
@@ -155,4 +207,6 @@ class Record:
     every: int = 1
 
 
-Operation = Call | Read | Advance | Past | Keep | Move | Line | Announce | Branch | Record
+Operation = (
+    Call | Read | Advance | Past | Keep | Move | Line | Announce | Branch | Within | Divide | Record
+)

@@ -12,6 +12,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from ...base.errors import DiagramError, RailcosimError
+from ..algorithms import GaussSeidel
 from ..block import Block
 from ..blocks.delay import Delay
 from ..blocks.fmu import Fmu
@@ -23,6 +24,7 @@ from ..fmu.instance import FmuInstance
 from ..plan import Node, Plan
 from .ahead import straight
 from .delays import edges, past
+from .dividing import divided
 from .operations import (
     Advance,
     Announce,
@@ -42,8 +44,9 @@ class Schedule:
     """Operations in order. `initial` are the outputs at the start, from the FMUs' present ones,
     `outputs` what a tick needs of them, and `observed` all of them.
 
-    `registers` are those that live, with `labels` that mean the same in any diagram, and `start`
-    their values before the first tick.
+    Of the FMUs `partly` only the outputs at these places are up to date after a tick. `registers`
+    are those that live, with `labels` that mean the same in any diagram, and `start` their values
+    before the first tick.
     """
 
     plan: Plan
@@ -55,6 +58,7 @@ class Schedule:
     labels: tuple[str, ...]
     start: tuple[Any, ...]
     coupling: Coupling
+    partly: Mapping[str, tuple[int, ...]] = field(default_factory=dict)
 
 
 def make_schedule(
@@ -63,11 +67,13 @@ def make_schedule(
     """Return the schedule of a plan with its FMUs' instances.
 
     `kept` are the signals that are recorded or observed (None: all). An FMU output that neither
-    they nor a block needs is not read in a tick, only for `observe` (see Schedule).
+    they nor a block needs is not read in a tick, only for `observe` (see Schedule). Nor need an FMU
+    tell it then.
     """
     coupling = Coupling(plan, instances)
-    writer = _Writer(plan, instances, coupling)
     needed = None if kept is None else {*kept, *(j for n in plan.nodes for j in n.inputs)}
+    parts = {} if needed is None else _parts(plan, instances, needed)
+    writer = _Writer(plan, instances, coupling, parts)
     registers = _registers(plan, coupling)
     return Schedule(
         plan,
@@ -79,7 +85,28 @@ def make_schedule(
         labels=tuple(label for _, label, _ in registers),
         start=tuple(value for _, _, value in registers),
         coupling=coupling,
+        partly=parts,
     )
+
+
+def _parts(
+    plan: Plan, instances: Mapping[str, FmuInstance], needed: Collection[int]
+) -> dict[str, tuple[int, ...]]:
+    """Return the places of the outputs that are needed of an FMU, where that is not all.
+
+    What an FMU of others goes on from might hang on what it was asked for.
+    """
+    if isinstance(plan.algorithm, GaussSeidel) and len(plan.network.fmus) > 1:
+        return {}  # within a tick all are read
+    parts = {}
+    for node in plan.nodes:
+        if isinstance(node.block, Fmu):
+            instance = instances[node.name]
+            places = tuple(n for n, j in enumerate(node.outputs) if j in needed)
+            whole = len(places) == len(node.outputs)
+            if not whole and instance.steps_inline and instance.is_ours:
+                parts[node.name] = places
+    return parts
 
 
 def slaves(plan: Plan) -> list[int]:
@@ -87,8 +114,14 @@ def slaves(plan: Plan) -> list[int]:
     return [i for i, node in enumerate(plan.nodes) if is_slave(node, plan.algorithm)]
 
 
+def starts(plan: Plan) -> list[Any]:
+    """Return the nodes' states at the start."""
+    return [_start(node) for node in plan.nodes]
+
+
 def _registers(plan: Plan, coupling: Coupling) -> list[tuple[str, str, Any]]:
-    found = [(f"x{i}", f"state {n.name}", _start(n)) for i, n in enumerate(plan.nodes)]
+    nodes = zip(plan.nodes, starts(plan), strict=True)
+    found = [(f"x{i}", f"state {n.name}", start) for i, (n, start) in enumerate(nodes)]
     found += [(f"y{j}", f"signal {port}", 0.0) for j, port in enumerate(plan.ports)]
     for i in slaves(plan):
         for j in plan.nodes[i].outputs:
@@ -120,7 +153,9 @@ class _Writer:
     plan: Plan
     instances: Mapping[str, FmuInstance]
     coupling: Coupling
+    parts: Mapping[str, tuple[int, ...]]
     slaves: list[int] = field(init=False)
+    _made: dict[int, Operation] = field(default_factory=dict)  # outputs of blocks, by place
 
     def __post_init__(self) -> None:
         self.slaves = slaves(self.plan)
@@ -142,19 +177,25 @@ class _Writer:
             elif i in loops and (initial or not self.slaves):
                 operations.append(self._loop(loops[i]))
             elif i not in inside or self.slaves:
-                operations.append(self._output(i, node, needed))
+                if isinstance(node.block, Fmu):
+                    operations.append(self._read(node, needed))
+                    continue
+                if i not in self._made:
+                    self._made[i] = self._output(i, node)
+                operations.append(self._made[i])
         return [o for o in operations if not (isinstance(o, Read) and not o.values)]
 
-    def _output(self, i: int, node: Node, needed: Collection[int] | None) -> Operation:
+    def _read(self, node: Node, needed: Collection[int] | None) -> Operation:
+        slots = self.instances[node.name].output_slots
+        values = tuple(
+            (f"y{j}", array, slot)
+            for j, (array, slot, _) in zip(node.outputs, slots, strict=True)
+            if needed is None or j in needed
+        )
+        return Read(values=values, node=node.name, every=node.ticks)
+
+    def _output(self, i: int, node: Node) -> Operation:
         block = node.block
-        if isinstance(block, Fmu):
-            slots = self.instances[node.name].output_slots
-            values = tuple(
-                (f"y{j}", array, slot)
-                for j, (array, slot, _) in zip(node.outputs, slots, strict=True)
-                if needed is None or j in needed
-            )
-            return Read(values=values, node=node.name, every=node.ticks)
         if isinstance(block, Delay):
             return past(self.plan, i, result=f"y{node.outputs[0]}")
         if block.feedthrough:
@@ -232,15 +273,17 @@ class _Writer:
             return [Call(function=coupling.tick, arguments=("k", "m", *arguments), results="m")]
         operations = straight(self.plan, self.instances, coupling.extrapolated, self.advance)
         kept = [Move(result=f"p{j}", source=f"y{j}") for j in coupling.extrapolated]
+        division = divided(self.plan, self.instances, tuple(operations), self.parts)
         tests: list[Any] = []
         announcing: list[Operation] = []
         for i in network.events:
             node = self.plan.nodes[i]
             if isinstance(node.block, Delay):
-                tests += edges(self.plan, i)
+                tests += [] if division else edges(self.plan, i)
             else:
                 tests.append(Due(event=f"e{i}"))
                 announcing.append(_announced(i, node))
+        operations = operations if division is None else [division]
         if not tests:
             return [*operations, *kept]
         last = tuple(f"p{j}" for j in coupling.extrapolated)
@@ -268,6 +311,7 @@ class _Writer:
             span=float(self.plan.clock.step * node.ticks),
             node=node.name,
             every=node.ticks,
+            outputs=self.parts.get(node.name),
         )
 
 
