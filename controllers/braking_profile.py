@@ -1,6 +1,6 @@
 """The target curve of a stop: cruising, then braking with limited jerk, down to the aim."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
 from ..base.ops import clip, is_symbol, maximum
@@ -33,6 +33,8 @@ class BrakingProfile(Block):
     lead_in: float = 2.0
     aim: float = 0.0
     period: float = 0.2
+    # Phases, time up to the aim, and slopes of the deceleration (m/s³): what `at` begins with.
+    _curve: tuple[Any, ...] = field(init=False, repr=False, compare=False)
 
     outputs = {"position": "m", "speed": "m/s", "acceleration": "m/s2"}
 
@@ -43,7 +45,12 @@ class BrakingProfile(Block):
             require_positive(self, "end_jerk")
         if not is_symbol(self.lead_in):
             require(self, self.lead_in >= 0.0, f"lead_in must not be negative: {self.lead_in!r}")
-        steady = self.phases[1]
+        rising = self.deceleration / self.jerk
+        falling = rising if self.end_jerk is None else self.deceleration / self.end_jerk
+        steady = self.speed / self.deceleration - 0.5 * (rising + falling)
+        togo = self.lead_in + (rising + steady + falling)
+        slopes = self.deceleration / rising, self.deceleration / falling
+        object.__setattr__(self, "_curve", (rising, steady, falling, togo, *slopes))
         if not is_symbol(steady):
             least = self.speed - self.deceleration * steady
             require(
@@ -53,9 +60,8 @@ class BrakingProfile(Block):
     @property
     def phases(self) -> tuple[Any, Any, Any]:
         """The times (s) in which the deceleration rises, is steady, and falls."""
-        rising = self.deceleration / self.jerk
-        falling = rising if self.end_jerk is None else self.deceleration / self.end_jerk
-        return rising, self.speed / self.deceleration - 0.5 * (rising + falling), falling
+        rising, steady, falling, *_ = self._curve
+        return rising, steady, falling
 
     @property
     def duration(self) -> Any:
@@ -69,15 +75,22 @@ class BrakingProfile(Block):
 
     def at(self, t: Any) -> Target:
         """Return the curve's point at time t (s) from its beginning."""
-        rising, steady, falling = self.phases
-        togo = self.lead_in + (rising + steady + falling) - t
+        rising, steady, falling, togo, j, k = self._curve
         a = self.deceleration
         # Counted back from the standstill: the time spent so far in each phase.
-        third = clip(togo, 0.0, falling)
-        second = clip(togo - falling, 0.0, steady)
-        first = clip(togo - falling - steady, 0.0, rising)
-        cruise = maximum(togo - falling - steady - rising, 0.0)
-        j, k = a / rising, a / falling
+        togo = togo - t
+        later = togo - falling
+        early = later - steady
+        if type(togo) is float:  # as below, without the calls
+            third = 0.0 if togo < 0.0 else falling if togo > falling else togo
+            second = 0.0 if later < 0.0 else steady if later > steady else later
+            first = 0.0 if early < 0.0 else rising if early > rising else early
+            cruise = early - rising if early > rising else 0.0
+        else:
+            third = clip(togo, 0.0, falling)
+            second = clip(later, 0.0, steady)
+            first = clip(early, 0.0, rising)
+            cruise = maximum(early - rising, 0.0)
         v3 = 0.5 * k * third * third
         v2 = v3 + a * second
         v1 = v2 + first * (a - 0.5 * j * first)

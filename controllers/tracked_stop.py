@@ -48,21 +48,21 @@ class TrackedStop(Block):
     def step(self, x: Any, position: Any, speed: Any) -> tuple[Any, Any]:
         """Return (command in m/s², next state)."""
         count, ahead, law, last = x
-        t, now = count * self.period, speed
+        t, now, profile = count * self.period, speed, self.profile
         shift, disturbance = self.shift, 0.0
         if self.predictor is not None:
             found, ahead = self.predictor.step(ahead, position, speed, last)
             position, speed, horizon, now, disturbance = found
             t = t + horizon
-        target = self.profile.at(t)
-        same = type(shift) is float and not shift  # the law takes the targets of now
-        later = target if same else self.profile.at(t + shift)
+        target, target_speed, acceleration = profile.at(t)
+        if type(shift) is not float or shift:  # else the law takes the targets of now
+            _, _, acceleration = profile.at(t + shift)
         resistance = self.model.resistance(position, speed) - self.compensation * disturbance
         y, law = self.law.step(
             law,
-            position - target.position,
-            speed - target.speed,
-            later.acceleration,
+            position - target,
+            speed - target_speed,
+            acceleration,
             resistance,
         )
         wanted = y[0] if isinstance(y, tuple) else y

@@ -9,7 +9,7 @@ import numpy as np
 from ...base.errors import ConvergenceError, ParameterError
 from .curve import SpeedCurve
 from .driving import Course, Driving
-from .fast import fast_curve
+from .fast import fast_curve, timed_curve
 from .regimes import regimes
 
 if TYPE_CHECKING:
@@ -50,7 +50,8 @@ def minimum_energy_curve(
     are stated as v² ≤ V² + 2 b (p − s) before they begin at p (what brakes with b or less and
     keeps to V behind p does that), likewise behind them; a margin of some cm/s is for what lies
     between the nodes, and the curve is checked. CasADi and IPOPT solve it, from the fast curve
-    slowed down. Discretisation and constraints are our choice.
+    slowed down. Where `timed_curve` takes less, IPOPT starts from that too, and the best of all is
+    returned. Discretisation and constraints are our choice.
 
     Raise ParameterError for less than the fast curve's time, naming that, and ConvergenceError
     if no solution is found.
@@ -66,20 +67,33 @@ def minimum_energy_curve(
         raise ParameterError(f"node must be a positive time in s, not {node!r}")
     if time < quickest.running_time + 1e-6:
         return quickest
-    states = None
+    found = [_solution(course, quickest, time=time, node=node)]
+    coasting = timed_curve(section, train, course.driving, time=time)
+    if found[0] is None or found[0].energy > coasting.energy:
+        found.append(_solution(course, coasting, time=time, node=node))
+        if not coasting.violations(section, train, course.driving):
+            found.append(coasting)
+    curves = [curve for curve in found if curve is not None]
+    if not curves:
+        raise ConvergenceError(
+            f"section '{section.name}' in {time:g} s: no solution was found that keeps the limits "
+            f"between its nodes; the fast curve takes {quickest.running_time:.3f} s: give it some "
+            "tenths of a second more"
+        )
+    return min(curves, key=lambda curve: curve.energy)
+
+
+def _solution(course: Course, start: SpeedCurve, *, time: float, node: float) -> SpeedCurve | None:
+    """Return the optimum that IPOPT finds from a curve; None if there is none without violation."""
     for spacing in (node, node / 2.0):  # close to the least time the switching has to be finer
         for margins in MARGINS:
-            states = _solve(course, quickest, time=time, node=spacing, margins=margins)
+            states = _solve(course, start, time=time, node=spacing, margins=margins)
             if states is None:
                 continue
             curve = _curve(states, time, course)
-            if not curve.violations(section, train, course.driving):
+            if not curve.violations(course.section, course.train, course.driving):
                 return curve
-    why = "no solution" if states is None else "none that keeps the limits between its nodes"
-    raise ConvergenceError(
-        f"section '{section.name}' in {time:g} s: {why} was found; the fast curve takes "
-        f"{quickest.running_time:.3f} s: give it some tenths of a second more"
-    )
+    return None
 
 
 Row = tuple[Any, float, float]
@@ -95,7 +109,7 @@ class States(NamedTuple):
 
 
 def _solve(
-    course: Course, quickest: SpeedCurve, *, time: float, node: float, margins: tuple[float, float]
+    course: Course, start: SpeedCurve, *, time: float, node: float, margins: tuple[float, float]
 ) -> States | None:
     """Return the optimal states at the nodes, None if IPOPT finds none."""
     import casadi as ca
@@ -117,7 +131,7 @@ def _solve(
     solver = ca.nlpsol("minimum_energy", "ipopt", problem, QUIET)
     lower, upper = _bounds(course, count, margins[1])
     found = solver(
-        x0=_guess(course, quickest, time, count), lbx=lower, ubx=upper,
+        x0=_guess(course, start, time, count), lbx=lower, ubx=upper,
         lbg=np.concatenate([np.full(row.numel(), low) for row, low, _ in rows]),
         ubg=np.concatenate([np.full(row.numel(), high) for row, _, high in rows]),
     )  # fmt: skip
@@ -219,11 +233,11 @@ def _rooms(course: Course, at: States, below: float) -> list[Any]:
     return rooms
 
 
-def _guess(course: Course, quickest: SpeedCurve, time: float, count: int) -> np.ndarray:
-    """Return the fast curve, slowed down as a whole, as the first values of the unknowns."""
-    share = quickest.running_time / time
-    times = np.linspace(0.0, quickest.running_time, count + 1)
-    at = quickest.at(np.concatenate([times, (times[:-1] + times[1:]) / 2.0]))
+def _guess(course: Course, start: SpeedCurve, time: float, count: int) -> np.ndarray:
+    """Return a curve, slowed down as a whole, as the first values of the unknowns."""
+    share = start.running_time / time
+    times = np.linspace(0.0, start.running_time, count + 1)
+    at = start.at(np.concatenate([times, (times[:-1] + times[1:]) / 2.0]))
     speed, acceleration = share * at.speed, share * share * at.acceleration
     pull = acceleration + course.resistance(speed, at.position)
     nodes = (q[: count + 1] for q in (at.position, speed, acceleration))

@@ -1,5 +1,7 @@
 """The target curve of a stop: its three quantities belong together, and it ends at the aim."""
 
+import copy
+import pickle
 import random
 from itertools import accumulate
 from typing import Any
@@ -87,3 +89,14 @@ def test_traced_is_the_same() -> None:
 def test_wrong_parameters_are_refused(options: Any, words: str) -> None:
     with pytest.raises(ParameterError, match=words):
         BrakingProfile(**options)
+
+
+def test_a_copy_has_the_curve_of_its_own_parameters() -> None:
+    made = PROFILES["default"].with_parameters({"speed": 10.0, "end_jerk": 0.2})
+    fresh = BrakingProfile(speed=10.0, end_jerk=0.2)
+    assert made == fresh and repr(made) == repr(fresh)
+    assert set(made.parameters()) == {
+        "speed", "deceleration", "jerk", "end_jerk", "lead_in", "aim", "period"
+    }  # fmt: skip
+    for one in (made, pickle.loads(pickle.dumps(made)), copy.deepcopy(made)):
+        assert [one.at(0.1 * k) for k in range(300)] == [fresh.at(0.1 * k) for k in range(300)]

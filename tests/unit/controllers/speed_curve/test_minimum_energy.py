@@ -78,7 +78,8 @@ def table() -> dict[float, float]:
         curve = minimum_energy_curve(FIRST, METRO, time=time)
         assert curve.violations(FIRST, METRO) == ()
         assert curve.length == pytest.approx(1544.0, abs=1e-9)
-        assert abs(curve.speed[-1]) < 1e-9 and curve.running_time == time
+        assert abs(curve.speed[-1]) < 1e-9
+        assert curve.running_time == pytest.approx(time, abs=1e-5)  # coasting meets it so
         regimes = [p.regime for p in curve.phases()]
         assert regimes.index("traction") < regimes.index("coast") < regimes.index("brake")
         found[time] = curve.kilowatt_hours
