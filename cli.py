@@ -235,6 +235,8 @@ def _run(options: Any) -> int:
         raise RailcosimError(f"{results.failure}; the runs up to there are in {folder}")
     _print_summary(results, ledger)
     print(f"\n{results.count} runs, {seconds:.1f} s; results in {folder}")
+    if unmet := study.unmet(results):
+        raise RailcosimError(f"{'; '.join(unmet)}; see {folder / 'figures'}")
     return 0
 
 

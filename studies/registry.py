@@ -20,12 +20,18 @@ def no_tables(folder: Path, results: "Results") -> list[Path]:
     return []
 
 
+def nothing_unmet(results: "Results") -> list[str]:
+    """Return nothing."""
+    return []
+
+
 @dataclass(frozen=True)
 class Study:
     """A study's face: what it runs, how it judges the paper, what it draws.
 
     `tables` writes tables into a folder and returns their files. `on_line` makes
-    the cases of one run of a train on a line, where the study has such.
+    the cases of one run of a train on a line, where the study has such, and `unmet` tells which of
+    them did not go as planned.
     """
 
     name: str
@@ -36,6 +42,7 @@ class Study:
     figures: "Callable[[Results], dict[str, Any]]"
     tables: "Callable[[Path, Results], list[Path]]" = no_tables
     on_line: "Callable[[Section, Train], list[Case]] | None" = None
+    unmet: "Callable[[Results], list[str]]" = nothing_unmet
 
     def cases_on_line(self, **way: str | None) -> "list[Case]":
         """Return the cases of a run between two stops: `line` and `train` are files, or None.

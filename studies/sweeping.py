@@ -53,7 +53,7 @@ def _linspace(low: float, high: float, count: int) -> list[float]:
 # As they are written on the command line, with what people know of them as arguments.
 KINDS: dict[str, tuple[Callable[..., Any], str]] = {
     "uniform": (_uniform, "low, high"),
-    "normal": (_normal, "mean, standard deviation"),
+    "normal": (_normal, "mean, standard deviation (positive)"),
     "triangular": (_triangular, "low, mode, high"),
     "integers": (_integers, "low, high, both included"),
     "linspace": (_linspace, "low, high, count: a sweep"),
@@ -73,6 +73,8 @@ def parse_draws(texts: Sequence[str]) -> dict[str, Any]:
                 f"--draw {text}: write block.parameter=uniform(0.9,1.1), or values to sweep: "
                 "block.parameter=0.8,0.9,1.0"
             )
+        if name.strip() in draws:
+            raise ParameterError(f"--draw {text}: '{name.strip()}' is drawn twice; keep one")
         call = _CALL.fullmatch(spec)
         draws[name.strip()] = _made(text, *call.groups()) if call else _swept(text, spec)
     return draws
@@ -86,19 +88,30 @@ def _made(text: str, kind: str, arguments: str) -> Any:
     else:
         make, meaning = KINDS.get(kind, (None, ""))
     if make is None or not callable(make):
-        known = [*KINDS, "stats.NAME"]
         raise ParameterError(
-            f"--draw {text}: no distribution '{kind}'; there are: {listing(known)}"
-            f"{suggest(kind, known)}"
+            f"--draw {text}: no distribution '{kind}'; there are: "
+            f"{listing([*KINDS, 'stats.NAME'])}{suggest(kind, KINDS)}"
         )
     try:
         values = ast.literal_eval(f"({arguments},)")
         made = make(*values)
     except (ValueError, SyntaxError, TypeError, ZeroDivisionError):
         raise ParameterError(f"--draw {text}: {kind} takes numbers: {meaning}") from None
+    if kind in KINDS and hasattr(made, "support") and not _sound(made):
+        raise ParameterError(
+            f"--draw {text}: there is no such distribution; {kind} takes {meaning}"
+        )
     if not (isinstance(made, list) or hasattr(made, "ppf")):
         raise ParameterError(f"--draw {text}: {kind} is no distribution of one number")
     return made
+
+
+def _sound(distribution: Any) -> bool:
+    """Return whether a distribution's arguments make one: scipy gives nan for all else."""
+    import numpy as np
+
+    with np.errstate(invalid="ignore"):
+        return bool(np.isfinite(distribution.ppf(0.5)))
 
 
 def _swept(text: str, spec: str) -> list[Any]:
@@ -198,10 +211,14 @@ def sweep(options: Any, overrides: Mapping[str, Any]) -> int:
         folder, executor=options.scheduler, workers=options.workers, fresh=options.fresh
     )
     print(_summary(table, campaign))
-    failed = len(set(table["run"][table["error"].notna()]))
+    failures = table.loc[table["error"].notna(), ["run", "error"]].to_numpy().tolist()
+    failed = len({number for number, _ in failures})
     words = f"{campaign.count} runs" + (f", {failed} of them failed" if failed else "")
     print(f"{words}; {folder / 'table.parquet'}")
-    return 0 if failed == 0 else 1
+    if failed == 0:
+        return 0
+    print("the first that failed: run {}, {}".format(*failures[0]))
+    return 1
 
 
 def _summary(table: "pd.DataFrame", campaign: Campaign) -> str:

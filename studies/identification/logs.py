@@ -13,7 +13,7 @@ from .columns import COLUMNS, find_columns
 if TYPE_CHECKING:
     import pandas as pd
 
-FASTEST = 150.0  # m/s; beyond, the unit must be wrong
+FASTEST = 50.0  # m/s, no metro train goes at 180 km/h: beyond, the unit must be wrong
 STRONGEST = 5.0  # m/s²
 LARGEST_GAP = 2.0  # s between samples; longer, and a command would be unknown for too long
 FEWEST = 10  # samples in a run
@@ -48,6 +48,10 @@ def read_logs(paths: Iterable[str | Path]) -> list[Log]:
     files = [file for path in paths for file in _files(Path(path))]
     if not files:
         raise FileError("no logs given; name CSV or Parquet files")
+    real = [file.resolve() for file in files]
+    twice = next((file for i, file in enumerate(files) if real[i] in real[:i]), None)
+    if twice is not None:
+        raise FileError(f"{twice} is given twice; a log counts once, name it once")
     return [log for file in files for log in _runs(file)]
 
 

@@ -4,7 +4,7 @@ from ..registry import Study
 from .claims import judge
 from .experiments import cases
 from .figures import figures
-from .line_cases import on_line
+from .line_cases import on_line, unmet
 from .tables import tables
 
 STUDY = Study(
@@ -19,4 +19,5 @@ STUDY = Study(
     figures=figures,
     tables=tables,
     on_line=on_line,
+    unmet=unmet,
 )

@@ -127,10 +127,19 @@ def tracked(name: str, nominal: Truth, *, aim: float = 0.0) -> TrackedStop:
 
 
 def controller(name: str, station: int, *, train: str = "v6", trimmed: bool = True) -> TrackedStop:
-    """Return a controller by name for station 0 to 6 and a train ("v12", "v6", "v3")."""
+    """Return a controller by name for station 0 to 6, its aim trimmed where TRIMS has it.
+
+    Raise ParameterError for a station or train that is not there.
+    """
+    if station not in range(len(STATIONS)):
+        names = listing(f"{k} {s.name}" for k, s in enumerate(STATIONS))
+        raise ParameterError(f"no station {station!r}; stations by number: {names}")
+    if train not in TRAINS:
+        raise ParameterError(f"no train '{train}'; trains: {listing(TRAINS)}")
     place = STATIONS[station]
     nominal = replace(TRAINS[train], approach=place.approach, platform=place.platform)
-    return maker(name, trimmed=trimmed)(nominal)
+    aim = -0.01 * TRIMS[name][station] if trimmed and name in TRIMS else 0.0
+    return tracked(name, nominal, aim=aim)
 
 
 def maker(name: str, *, trimmed: bool = True) -> Callable[[Truth], TrackedStop]:

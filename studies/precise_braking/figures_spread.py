@@ -16,6 +16,7 @@ CURVES = {
     ("spread_full", "smarc_dob_m2"): ("SMARC, prediction and observer", "#D55E00", "-"),
     ("spread_full", "predictive_v6"): ("predictive stop, first stop, V6", "#0072B2", "-"),
     ("spread_full", "predictive_v3"): ("predictive stop, first stop, V3", "#56B4E9", "-"),
+    ("spread_full", "predictive_soft_v6"): ("predictive stop, soft ending, V6", "#000066", "-."),
     ("learned_harsh", "predictive_v6"): ("predictive stop, learned (harsh), V6", "#009E73", "-"),
     ("limits", "knows_all_but_air"): ("limit: knows all but the air brake, V6", "#CC79A7", "--"),
     ("limits", "knows_air_at_onset"): ("limit: air brake told at its onset", "#A05A00", "--"),

@@ -1,7 +1,6 @@
 """Whole runs and their energies as cases: for the paper's runs, and for any line."""
 
-from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from collections.abc import Sequence
 from functools import cache
 
 import numpy as np
@@ -13,16 +12,14 @@ from ...models.line.beijing import SEVEN_RUNS
 from ..case import Case
 from ..computed import Computed, Rows
 from ..metrics import Metrics
-from .controllers import maker
+from ..results import Results
 from .energy import EnergyPoint, energy_points, first_run, seven_runs
 from .line_run import LineRun, judged, line_run
 from .stations import STATIONS
-from .stopping import stop_case
-from .stops import TRAINS, predictive
-from .truth import PLATFORM, Truth
 
 SHARE = 1.1  # of the fast curve's time, for the energies of all runs
 SHARES = (1.05, 1.1, 1.2)  # of a user's line
+MISS, LATE = 30.0, 1.0  # cm, s: what a run may be off its plan
 RECORD = (
     "train.position", "train.speed", "train.acceleration", "train.traction_energy",
     "train.phase", "ato.command", "atp.limit", "atp.warning", "atp.emergency",
@@ -40,11 +37,9 @@ def cases() -> list[Case]:
     ]
     for (start, end), station in zip(SEVEN_RUNS, STATIONS, strict=True):
         section = line.section(start, end)
-        curves = {"fast": fast_curve(section, train)}
-        if station is STATIONS[0]:
-            curves |= {f"time_{point.time:.0f}": point.least for point in _first_run()}
-        found += _runs(f"run_{station.key}", section, train, curves)
-    return found
+        curve = fast_curve(section, train)
+        found.append(_case(f"run_{station.key}", "fast", line_run(section, train, curve)))
+    return [*found, Computed.of("run_saving", _driven)]
 
 
 def _all_runs() -> Rows:
@@ -53,28 +48,43 @@ def _all_runs() -> Rows:
     return {s.key: (row, None) for s, row in zip(STATIONS, rows, strict=True)}
 
 
+def _driven() -> Rows:
+    """Return the first run along its curves of the least energy, driven by the FMU."""
+    line, train = beijing_line_5(), metro_b()
+    section = line.section(*SEVEN_RUNS[0])
+    found = {}
+    for point in _first_run():
+        way = line_run(section, train, point.least)
+        run = way.diagram.run(way.stop, record=RECORD, progress=False)
+        found[f"time_{point.time:.0f}"] = (dict(judged(way, run)), run)
+    return found
+
+
 def on_line(section: Section, train: Train) -> list[Case]:
-    """Return the energies and whole runs of one section, and the stops at its end."""
+    """Return the energies and whole runs of one section, which may be any."""
     fast = fast_curve(section, train)
-    times = [share * fast.running_time for share in SHARES]
-    points = energy_points(section, train, times)
+    points = energy_points(section, train, [share * fast.running_time for share in SHARES])
     curves = {"fast": fast, **{f"time_{point.time:.0f}": point.least for point in points}}
-    known = _at_the_end(section)
     return [
         Computed.of("energy", lambda: _rows(points)),
-        *_runs("run", section, train, curves),
-        stop_case("stop", "smarc_dob_m2", maker("smarc_dob_m2")(known), known),
-        stop_case("stop", "predictive_v6", predictive(known), known),
+        *(_case("run", name, line_run(section, train, curve)) for name, curve in curves.items()),
     ]
 
 
-def _runs(
-    experiment: str, section: Section, train: Train, curves: Mapping[str, SpeedCurve]
-) -> list[Case]:
-    """Return runs of the FMU along curves, under ATO with ATP watching."""
+def unmet(results: Results) -> list[str]:
+    """Return, in words, which runs on a line did not go as planned."""
     return [
-        _case(experiment, name, line_run(section, train, curve)) for name, curve in curves.items()
+        f"the run '{name}' stopped {row['stop_error'] or 0.0:.0f} cm past the mark, "
+        f"{row['late'] or 0.0:.1f} s late{', braked by the ATP' if row['emergency'] else ''}"
+        for name, row in results.metrics.get("run", {}).items()
+        if not _went_well(row)
     ]
+
+
+def _went_well(row: Metrics) -> bool:
+    error, late = row["stop_error"], row["late"]
+    arrived = error is not None and abs(error) <= MISS and late is not None and abs(late) <= LATE
+    return arrived and not row["emergency"]
 
 
 def _case(experiment: str, name: str, way: LineRun) -> Case:
@@ -104,18 +114,3 @@ def _trace(curve: SpeedCurve) -> Run:
     units = {"curve.position": "m", "curve.speed": "m/s", "curve.acceleration": "m/s2"}
     values = np.column_stack([at.position, at.speed, at.acceleration])
     return Run("curve", at.time, values, tuple(units), units)
-
-
-def _at_the_end(section: Section) -> Truth:
-    """Return a nominal train before a section's stop, with the gradients that are there.
-
-    Those of the platform and of the braking before it, each the mean over its stretch.
-    """
-
-    def mean(begin: float, end: float) -> float:
-        rise = section.elevation(section.length - end) - section.elevation(section.length - begin)
-        return 1000.0 * rise / (begin - end)
-
-    return replace(
-        TRAINS["v6"], approach=mean(PLATFORM + 120.0, PLATFORM), platform=mean(PLATFORM, 0.0)
-    )

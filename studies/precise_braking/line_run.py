@@ -31,6 +31,7 @@ AFTER = 8.0  # s that a run goes on behind the curve's stop
 OVERSPEED = 4.2  # m/s of the supervised limits above the line's
 GUARANTEED = 0.8  # m/s², by the emergency brake
 ACCELERATION = 1.2  # m/s², not exceeded under traction
+SERVICE_COMMAND = -1.0  # m/s²; full service braking, of the ATO as of the ATP
 EMERGENCY_COMMAND = -1.45  # m/s²
 OVERLAP = 150.0  # m from the mark to the danger point
 BEHIND = 100.0  # m from where a lower limit begins to where it is supervised
@@ -80,11 +81,13 @@ def line_run(
     `plan` is the curve: "fast", the running time (s) of a minimum-energy one, or a curve. The ATO
     drives by `driving`'s curve with the numbers of table 1; what is true of the train is `truth`
     (its place, speed and gradients are not used: they are the section's). Blocks: `ato`, `atp`,
-    `release`, `electric_delay`, `air_delay`, `train`; positions are the section's.
+    `release`, `electric_delay`, `air_delay`, `train`; positions are the section's. Raise
+    ParameterError for a curve along which the train's brakes cannot hold it.
     """
     driving = driving or Driving()
     course = Course(section, train, driving)
     curve = _curve(section, train, driving, plan)
+    _check_brakes(curve, course, response(truth))
     diagram = Diagram("metro_run", step=step)
     diagram.add("ato", ATO.along(curve, course, response=response(truth), lead=LEAD, period=PERIOD))
     diagram.add("atp", protection(course))
@@ -113,6 +116,22 @@ def _curve(
     if isinstance(plan, str):
         raise ParameterError(f"no plan '{plan}'; it is \"fast\", a running time in s or a curve")
     return minimum_energy_curve(section, train, driving, time=plan)
+
+
+def _check_brakes(curve: SpeedCurve, course: Course, response: Response) -> None:
+    """Refuse a curve that asks more of the motors than they give at full service braking."""
+    at = curve.at(np.arange(0.0, curve.running_time, 0.1))
+    asked = -(at.acceleration + course.resistance(at.speed, at.position))
+    asked = np.where(at.speed > response.changeover_speed, asked, 0.0)
+    most = -SERVICE_COMMAND * response.electric_coefficient
+    worst = int(np.argmax(asked))
+    if asked[worst] > most:
+        raise ParameterError(
+            f"section '{course.section.name}': at {at.position[worst]:.0f} m the curve asks "
+            f"{asked[worst]:.2f} m/s² of the brakes, which give {most:.2f} m/s²; it is too steep "
+            f"there for a deceleration of {course.driving.deceleration:g} m/s², take less "
+            "(Driving(deceleration=…))"
+        )
 
 
 def response(truth: Truth) -> Response:
@@ -146,14 +165,19 @@ def protection(course: Course) -> ATP:
         emergency_time=2.7,
         service_time=3.0,
         warning_time=3.2,
-        service_command=-1.0,
+        service_command=SERVICE_COMMAND,
         emergency_command=EMERGENCY_COMMAND,
         period=PERIOD,
     )
 
 
 def plant(section: Section, train: Train, truth: Truth) -> Mapping[str, Any]:
-    """Return the FMU's parameters; the last gradient is repeated."""
+    """Return the FMU's parameters; the last gradient is repeated.
+
+    The plant knows one mass. Rotating masses are part of it here, and what acts by weight
+    (resistance, gradients) is the less for it.
+    """
+    inertia = train.rotating_mass_factor
     steps = section.gradients
     steps = (*steps, *(steps[-1:] * (room(section) - len(steps))))
     values = truth.values(0.0)
@@ -166,16 +190,16 @@ def plant(section: Section, train: Train, truth: Truth) -> Mapping[str, Any]:
         "position": 0.0,
         "speed": 0.0,
         "motors": 0.0,
-        "mass": train.mass,
+        "mass": train.mass * inertia,
         "length": train.length,
-        "davis_a": truth.davis * train.davis.a,
-        "davis_b": truth.davis * train.davis.b,
-        "davis_c": truth.davis * train.davis.c,
+        "davis_a": truth.davis * train.davis.a / inertia,
+        "davis_b": truth.davis * train.davis.b / inertia,
+        "davis_c": truth.davis * train.davis.c / inertia,
         "traction_force": train.max_traction_force,
         "traction_power": train.max_power,
     }
     places = {f"gradient_position[{k}]": p for k, (p, _) in enumerate(steps, 1)}
-    slopes = {f"gradient[{k}]": i for k, (_, i) in enumerate(steps, 1)}
+    slopes = {f"gradient[{k}]": i / inertia for k, (_, i) in enumerate(steps, 1)}
     return {**brakes, **own, **places, **slopes}
 
 

@@ -1,5 +1,6 @@
 """One stop of a train at a station, and chains of stops with a controller that learns."""
 
+import threading
 from collections.abc import Callable, Collection, Mapping
 from dataclasses import asdict, replace
 from typing import Any
@@ -21,6 +22,7 @@ from ...controllers.predictive_stop.cheap_stop import cheap_stop
 from ...controllers.predictive_stop.controller import SETTLING, STANDING
 from ...cosim.block import Block
 from ...cosim.run import Run
+from ...cosim.runner import Runner
 from ...cosim.scenario import Scenario, SetParameter
 from ...models.metro_motion import GRAVITY_PER_MILLE
 from .drift import DRIFTS
@@ -35,6 +37,8 @@ DAMPING = (0.1, 0.15)  # m per m/s², without and with a soft ending
 SOFTENING = (1.3, 1.9)  # it comes down to that between these speeds over V_sw
 START = -235.0  # m
 LONGEST = 40.0  # s
+MOST_KEPT = 16  # loops
+_KEPT = threading.local()
 TRAINS = {"v12": V12, "v6": V6, "v3": V3}
 Make = Callable[[Truth], Block]  # a controller, from what it may know: the nominal numbers
 
@@ -116,10 +120,24 @@ def run_stop(
     *record: str,
     scenario: Scenario | None = None,
 ) -> Run:
-    """Return the run of a stop, with what `metrics` needs."""
-    loop = braking_loop(truth, controller, sensors, start=START)
+    """Return the run of a stop, with what `metrics` needs.
+
+    Stops that differ in the truth, the sensors' numbers and a predictive stop's options share
+    program and FMU, kept from stop to stop in each thread.
+    """
     names = ("train.position", "train.standstill", "train.acceleration", "controller.command")
-    return loop.run(LONGEST, record=[*names, *record], scenario=scenario)
+    free = isinstance(controller, PredictiveStop)
+    key = (type(controller) if free else controller, type(sensors), record)
+    kept: dict[Any, Runner] = _KEPT.__dict__.setdefault("runners", {})
+    if key not in kept:
+        if len(kept) >= MOST_KEPT:
+            kept.pop(next(iter(kept))).close()
+        loop = braking_loop(truth, controller, sensors, start=START)
+        kept[key] = loop.runner(LONGEST, record=[*names, *record])
+    values = dict(truth.values(START))
+    for block, of in {"odometry": sensors, **({"controller": controller} if free else {})}.items():
+        values |= {f"{block}.{name}": value for name, value in of.parameters().items()}
+    return kept[key].run(values, scenario)
 
 
 def metrics(run: Run) -> dict[str, float]:

@@ -1,5 +1,7 @@
 """Whole runs of the metro train's FMU, departure to stop, under ATO with ATP watching."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -51,6 +53,17 @@ def test_all_seven_runs_arrive() -> None:
             if share is not None:
                 drive, run = run_of(share * drive.curve.running_time, number=number)
             arrives(drive, run)
+
+
+def test_rotating_masses_are_those_of_the_plan() -> None:
+    drive = line_run(FIRST, replace(TRAIN, rotating_mass_factor=1.1))
+    arrives(drive, drive.diagram.run(drive.stop))
+
+
+def test_a_slope_that_the_brakes_do_not_hold() -> None:
+    steep = replace(FIRST, gradients=((0.0, 0.0), (1000.0, -30.0)))
+    with pytest.raises(ParameterError, match=r"of the brakes, which give 0\.85 m/s²; it is too st"):
+        line_run(steep, TRAIN)
 
 
 @pytest.mark.parametrize("at", [20.0, 94.0])

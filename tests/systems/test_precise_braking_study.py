@@ -94,7 +94,9 @@ def test_the_ledger_tells_what_could_not_be_verified(stops: Results) -> None:
 def test_the_ledger_follows_the_measurements(stops: Results) -> None:
     worse = Results("precise-braking", dict(UNITS))
     worse.metrics = json.loads(json.dumps(stops.metrics))
-    worse.metrics["base_step"]["step_0_2"]["stop_error"] += 0.01
+    error = stops.get("base_step", "step_0_2", "stop_error")
+    assert error is not None
+    worse.metrics["base_step"]["step_0_2"]["stop_error"] = error + 0.01
     ledger = {entry.claim: entry.verdict for entry in STUDY.judge(worse)}
     assert ledger["Ours: the stop does not depend on the master's base step"] == "does not hold"
 

@@ -101,7 +101,9 @@ def test_imports_point_down() -> None:
                     base = place[: len(place) - (node.level - 1)]
                     target = [*base, *(node.module or "").split(".")]
                     other = next(iter(target), "")
-                    assert other == room or other in BELOW[room], f"{path}: imports {other}"
+                    data = room == "controllers" and target[:2] == ["models", "line"]
+                    good = other == room or other in BELOW[room] or data
+                    assert good, f"{path}: imports {other}"
 
 
 def test_every_tracked_python_file_in_a_room_is_short() -> None:

@@ -75,8 +75,8 @@ def reference(commands: np.ndarray, v0: float, p: dict[str, float]) -> tuple[np.
             onset = [] if t_sw is None else [t_sw + p["t3"], t_sw + p["t3"] + 0.7 / p["kb"]]
             to = min([end, *(m for m in onset if m > t + 1e-13)])
 
-            def switch(t: float, x: np.ndarray, *_: float) -> float:
-                return x[1] - p["vsw"] if t_sw is None else 1.0
+            def switch(t: float, x: np.ndarray, *_: float, over: bool = t_sw is not None) -> float:
+                return 1.0 if over else x[1] - p["vsw"]
 
             def stop(t: float, x: np.ndarray, *_: float) -> float:
                 return x[1]

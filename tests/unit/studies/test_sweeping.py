@@ -36,11 +36,19 @@ def test_draws_as_they_are_written() -> None:
         ("a.b=uniform(1,x)", "uniform takes numbers"),
         ("a.b=stats.kstest(1, 2)", "stats.kstest"),
         ("a.b=1,two", "'two' is no value"),
+        ("a.b=uniform(2,1)", "there is no such distribution; uniform takes low, high"),
+        ("a.b=normal(2,-1)", "there is no such distribution; normal takes mean, standard dev"),
+        ("a.b=triangular(3,1,2)", "there is no such distribution; triangular takes low, mode"),
     ],
 )
 def test_what_is_no_draw(text: str, words: str) -> None:
     with pytest.raises(RailcosimError, match=words):
         parse_draws([text])
+
+
+def test_a_parameter_is_drawn_once() -> None:
+    with pytest.raises(RailcosimError, match="'a.b' is drawn twice"):
+        parse_draws(["a.b=1,2", "a.b=uniform(1,2)"])
 
 
 def test_which_case() -> None:
@@ -72,3 +80,11 @@ def test_a_sweep_and_its_going_on(tmp_path: Path, capsys: pytest.CaptureFixture[
     assert "holds another campaign; what differs: its seed (there 4, here 9)" in err
     assert main([*command, "--seed", "9", "--fresh"]) == 0
     assert json.loads((tmp_path / "campaign.json").read_text())["seed"] == 9
+
+
+def test_a_run_that_fails_is_told(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    command = ["sweep", "station-stop", "--case", "stop-smooth", "--out", str(tmp_path)]
+    assert main([*command, "--workers", "1", "--draw", "train.lag=0.3,-1.0"]) == 1
+    lines = capsys.readouterr().out.splitlines()
+    assert lines[-2].startswith("2 runs, 1 of them failed; ")
+    assert lines[-1].startswith("the first that failed: run 1, ")

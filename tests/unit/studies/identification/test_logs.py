@@ -74,6 +74,18 @@ def test_several_runs_and_folders(tmp_path: Path) -> None:
     assert len(brakings(logs)) == 3
 
 
+def test_a_file_counts_once(tmp_path: Path) -> None:
+    path = write(tmp_path, run())
+    with pytest.raises(FileError, match=r"log\.csv is given twice"):
+        read_logs([tmp_path, path])
+
+
+def test_kilometres_per_hour_that_are_not_said(tmp_path: Path) -> None:
+    path = write(tmp_path, run().assign(speed=lambda table: 4.5 * table["speed"]))
+    with pytest.raises(FileError, match=r"54 m/s cannot be; say the unit, as in 'speed \[km"):
+        read_logs([path])
+
+
 def test_several_stops_in_a_run() -> None:
     """A whole trip: each stop is a braking, and its window does not reach into the stop before."""
     one = run()
