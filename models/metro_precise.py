@@ -22,7 +22,7 @@ ABOVE = 1e-6
 SLOW, ELECTRIC, WAITING, BLENDING, AIR = range(5)
 
 
-def metro_train(*, gradients: int = 16) -> Plant:
+def metro_train(*, gradients: int = 16, probe: bool = False) -> Plant:
     """Return the precise braking model (precise braking paper, eqs. 1 to 10, as differential ones).
 
     v' = w B_e + B_p − r; T2 B_e' = P1 u_e/μ − B_e; T4 B_p' = K φ(v) min(u_p, 0)/μ − B_p once the
@@ -31,11 +31,16 @@ def metro_train(*, gradients: int = 16) -> Plant:
     first v ≤ V_sw since departure (`changeover`) a timer of T3 begins; at its end the air brake
     comes on, and the electric brake fades by w = max(0, 1 − k_bra (t − t_sw − T3)/0.7).
 
+    With `probe` there is a third input `air_probe` u_a, after a delay T3 of its own, by which the
+    air brake can be tried out before its time: K φ(v) min(u_a, 0)/μ is added to what is demanded
+    of it, whether it is on or not.
+
     The paper's equations hold for one step from rest and name no command; the ordinary
     differential equations, the command as a factor, w's reference of 0.7 m/s², V_sw, k_bra, and
     K = K1/K2 (85.16 cm/s², only the ratio acts) are our reading. So are the traction (u > 0,
     by the motors, limited by force and power), the holding brake, and that a train which has
-    braked electrically without reaching V_sw changes over at its first brake command.
+    braked electrically without reaching V_sw changes over at its first brake command. The probe
+    is our choice.
     """
     with Plant(
         "metro_train",
@@ -50,6 +55,7 @@ def metro_train(*, gradients: int = 16) -> Plant:
             )
             for name, what in (("electric", "motors"), ("air", "air brake (negative)"))
         )  # fmt: skip
+        air_probe = _probe(plant) if probe else None
         mass, ratio = commanded_mass(plant)
         position = plant.state("position", unit="m", nominal=100.0, output=True,
                                description="place of the train's front on the line")  # fmt: skip
@@ -58,7 +64,7 @@ def metro_train(*, gradients: int = 16) -> Plant:
         )
         changeover = _changeover(plant, speed, electric_command)
         motors = _electric(plant, electric_command, ratio, traction_limit(plant, speed, mass))
-        air = _air(plant, air_command, ratio, speed, changeover)
+        air = _air(plant, air_command, air_probe, ratio, speed, changeover)
         share = _blending(plant, changeover)
         r = resistance(plant, position, speed, gradients=gradients)
         plant.der(position, speed)
@@ -66,6 +72,15 @@ def metro_train(*, gradients: int = 16) -> Plant:
         _below_changeover(plant, electric_command, changeover, standstill)
         _outputs(plant, mass, speed, share * motors, r)
     return plant
+
+
+def _probe(plant: Plant) -> Any:
+    """Declare the input by which the air brake is tried out."""
+    return plant.input(
+        "air_probe", unit="m/s2", minimum=-2.0, maximum=2.0,
+        description="demanded of the air brake as well, whether it is on or not (negative), after "
+        "its transmission delay; our choice",
+    )  # fmt: skip
 
 
 class Changeover(NamedTuple):
@@ -141,7 +156,9 @@ def _electric(plant: Plant, command: Any, ratio: Any, limit: Any) -> Any:
     return motors
 
 
-def _air(plant: Plant, command: Any, ratio: Any, speed: Any, changeover: Changeover) -> Any:
+def _air(
+    plant: Plant, command: Any, probe: Any, ratio: Any, speed: Any, changeover: Changeover
+) -> Any:
     """Declare the air brake; return its acceleration (negative)."""
     numerator = plant.parameter(
         "air_numerator", 1.0142, unit="1", minimum=0.0, description="K1; paper, table 1"
@@ -162,7 +179,10 @@ def _air(plant: Plant, command: Any, ratio: Any, speed: Any, changeover: Changeo
     friction = (v + 150.0) / (2.0 * v + 150.0)  # of the brake shoes, over that at standstill
     demanded = gain * friction * ca.fmin(command, 0.0) / ratio
     on = changeover.phase >= BLENDING
-    plant.der(air, (ca.if_else(on, demanded, 0.0) - air) / time_constant)
+    asked = ca.if_else(on, demanded, 0.0)
+    if probe is not None:
+        asked = asked + gain * friction * ca.fmin(probe, 0.0) / ratio
+    plant.der(air, (asked - air) / time_constant)
     plant.output(
         "air_brake_on", ca.if_else(on, 1.0, 0.0), unit="1", description="1 with the air brake on"
     )

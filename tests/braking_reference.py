@@ -17,10 +17,16 @@ def davis(v: float) -> float:
 class Reference:
     """Motion of a train whose commands are held for 0.2 s each, from equilibrium at t = 0."""
 
-    def __init__(self, theta: tuple[float, ...], commands: tuple[float, ...]) -> None:
+    def __init__(
+        self,
+        theta: tuple[float, ...],
+        commands: tuple[float, ...],
+        probe: tuple[float, float, float] = (0.0, math.inf, math.inf),
+    ) -> None:
         (self.t1, self.t2, self.g, self.t3, self.t4, self.ke, self.v_sw, self.k_bra, self.approach,
          self.platform, self.factor, self.v0, self.s0, _) = theta  # fmt: skip
         self.commands = commands
+        self.probe = probe  # level, begin and end
         self.equilibrium = self.resistance(self.v0, self.s0)
         self.onset = math.inf
 
@@ -39,12 +45,15 @@ class Reference:
         on = middle > self.onset
         w = max(0.0, 1.0 - self.k_bra * (t - self.onset) / 0.7) if on else 1.0
         kmh = 3.6 * v
-        air = self.ke * (kmh + 150.0) / (2.0 * kmh + 150.0) * min(self.command(middle - self.t3), 0)
+        level, begin, end = self.probe
+        asked = min(self.command(middle - self.t3), 0.0) if on else 0.0
+        asked += level if begin < middle - self.t3 < end else 0.0
+        air = self.ke * (kmh + 150.0) / (2.0 * kmh + 150.0) * asked
         return [
             v,
             w * e + p - self.resistance(v, s),
             (self.g * self.command(middle - self.t1) - e) / self.t2,
-            ((air if on else 0.0) - p) / self.t4,
+            (air - p) / self.t4,
         ]
 
     def run(self, times: np.ndarray) -> tuple[np.ndarray, float, float]:
@@ -52,6 +61,7 @@ class Reference:
         t, x = 0.0, np.array([self.s0, self.v0, self.equilibrium, 0.0])
         shown = {0.0: x}
         edges = [0.2 * k + lag for k in range(len(self.commands)) for lag in (self.t1, self.t3)]
+        edges += [b + self.t3 for b in self.probe[1:]]
         stops = sorted({*edges, *times.tolist()})
 
         def standstill(t: float, x: np.ndarray, *_: float) -> float:

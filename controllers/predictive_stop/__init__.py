@@ -8,11 +8,12 @@ from typing import TYPE_CHECKING
 from ...base.lazy import lazy
 
 if TYPE_CHECKING:
-    from .braking_model import BrakingModel, Plan, Samples
+    from .braking_model import BrakingModel, Plan, Probe, Samples
     from .cheap_stop import trimmed
     from .controller import PredictiveStop
     from .learning import Learning
     from .prior import PARAMETERS, Prior
+    from .probing import ProbingStop
 
 _HOME = {
     "PARAMETERS": "prior",
@@ -21,6 +22,8 @@ _HOME = {
     "Plan": "braking_model",
     "PredictiveStop": "controller",
     "Prior": "prior",
+    "Probe": "braking_model",
+    "ProbingStop": "probing",
     "Samples": "braking_model",
     "trimmed": "cheap_stop",
 }
@@ -32,6 +35,8 @@ __all__ = [
     "Plan",
     "PredictiveStop",
     "Prior",
+    "Probe",
+    "ProbingStop",
     "Samples",
     "trimmed",
 ]

@@ -1,6 +1,7 @@
 """The braking model of model.c: predictions, and the estimation of its parameters."""
 
 import ctypes
+import math
 from array import array
 from ctypes import byref, c_double, c_int
 from dataclasses import dataclass, fields
@@ -22,7 +23,7 @@ _Matrix = c_double * (COUNT * COUNT)
 
 _NAMES = (
     "period", "horizon", "rate", "a", "b", "c", "change", "length", "reference",
-    "position_sd", "speed_sd", "first", "second", "doubt", "loose_sd",
+    "position_sd", "speed_sd", "first", "second", "doubt", "loose_sd", "probe", "probe_length",
 )  # fmt: skip
 
 
@@ -30,12 +31,25 @@ class _Setting(ctypes.Structure):
     _fields_ = [(name, c_double) for name in _NAMES]
 
 
+class Probe(NamedTuple):
+    """How the air brake is tried out: a `level` (m/s², negative) for `length` s, `after` s of
+    braking."""
+
+    level: float = -0.2
+    length: float = 2.0
+    after: float = 2.0
+
+
 class Samples(NamedTuple):
-    """What was measured since the first sample, one a period, and the commands between them."""
+    """What was measured since the first sample, one a period, and the commands between them.
+
+    `probed` is the time (s) since the first sample at which the model's probe was commanded.
+    """
 
     positions: tuple[float, ...]
     speeds: tuple[float, ...]
     commands: tuple[float, ...]
+    probed: float = math.inf
 
 
 class _Plan(ctypes.Structure):
@@ -98,7 +112,8 @@ class BrakingModel:
     more `balises` (distances before the mark that fall, the first two count), positions before
     the first one are taken within `loose_sd`, and until the second one the wheel has a scale to
     be estimated; samples within `doubt` (m) of the two are left out. A prediction that does not
-    stop ends at `horizon` (s).
+    stop ends at `horizon` (s). With a `probe` the air brake is tried out; when, is told by `probed`
+    (s since the first sample, infinite: not at all) of what is asked of the model.
     """
 
     davis: tuple[float, float, float] = (2.031, 0.0622, 0.001807)
@@ -113,9 +128,10 @@ class BrakingModel:
     doubt: float = 3.0
     period: float = 0.2
     horizon: float = 60.0
+    probe: Probe | None = None
 
     def motion(
-        self, theta: tuple[float, ...], commands: tuple[float, ...]
+        self, theta: tuple[float, ...], commands: tuple[float, ...], *, probed: float = math.inf
     ) -> tuple[np.ndarray, np.ndarray]:
         """Return (s, v) at the samples, [n + 1, 2], under n commands, and their derivatives.
 
@@ -125,7 +141,7 @@ class BrakingModel:
         motion, slopes = np.empty((n, 2)), np.empty((n, 2, COUNT - 1))
         pointer = ctypes.POINTER(c_double)
         library.load().stop_motion(
-            _setting(self), _Parameters(*theta), c_int(n), _pointer(given),
+            _setting(self), _Parameters(*theta), c_double(probed), c_int(n), _pointer(given),
             motion.ctypes.data_as(pointer), slopes.ctypes.data_as(pointer),
         )  # fmt: skip
         return motion, slopes
@@ -139,6 +155,7 @@ class BrakingModel:
         plan: Plan,
         *,
         iterations: int = 0,
+        probed: float = math.inf,
     ) -> Prediction:
         """Return the level after some iterations of the plan's law, and where it ends.
 
@@ -147,8 +164,8 @@ class BrakingModel:
         """
         found, given = (c_double * 6)(), _commands(commands)
         library.load().stop_plan(
-            _setting(self), _Parameters(*theta), c_int(len(commands)), _pointer(given),
-            c_double(last), c_double(level), _plan(plan), c_int(iterations), found,
+            _setting(self), _Parameters(*theta), c_double(probed), c_int(len(commands)),
+            _pointer(given), c_double(last), c_double(level), _plan(plan), c_int(iterations), found,
         )  # fmt: skip
         return Prediction(*found)
 
@@ -166,9 +183,9 @@ class BrakingModel:
         positions, speeds = array("d", samples.positions), array("d", samples.speeds)
         commands = _commands(samples.commands)
         library.load().stop_estimate(
-            _setting(self), found, c_int(len(positions)), _pointer(commands),
-            _pointer(positions), _pointer(speeds), _flat(prior), c_double(LARGEST), c_double(BOUND),
-            c_int(steps), matrix, cost,
+            _setting(self), found, c_double(samples.probed), c_int(len(positions)),
+            _pointer(commands), _pointer(positions), _pointer(speeds), _flat(prior),
+            c_double(LARGEST), c_double(BOUND), c_int(steps), matrix, cost,
         )  # fmt: skip
         return Estimate(tuple(found), matrix, cost[0], cost[1])
 
@@ -193,11 +210,13 @@ def _plan(plan: Plan) -> Any:
 def _setting(model: BrakingModel) -> Any:
     first, second = (-1e9, -1e9) if len(model.balises) < 2 else [-b for b in model.balises[:2]]
     a, b, c = (k * GRAVITY_PER_MILLE for k in model.davis)
+    probe = model.probe or Probe(0.0)
     plain = {f.name: getattr(model, f.name) for f in fields(model)}
-    named = {name: plain[name] for name in _NAMES if name in plain}
+    named = {name: plain[name] for name in _NAMES if name in plain and name != "probe"}
     setting = _Setting(
         a=a, b=3.6 * b, c=3.6 * 3.6 * c, change=model.gradient_change,
-        reference=model.fade_reference, first=first, second=second, **named,
+        reference=model.fade_reference, first=first, second=second,
+        probe=probe.level, probe_length=probe.length, **named,
     )  # fmt: skip
     return byref(setting)
 

@@ -1,5 +1,6 @@
 """The predictive stop: estimate, predict where the train will stand, move the brake level."""
 
+import math
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -30,6 +31,8 @@ class PredictiveStop(Block):
     The plan's `ending` below 1 softens the last metres: the level's share falls to it from the
     speed `fast` to `slow`. That gives the control time to see and correct what the air brake does.
     Its upper limit stays below 0.1 m/s², where the train would release its air brake.
+
+    A `probe` of the model is for the variant that sends it, ProbingStop.
 
     Outputs: command; predicted_stop (m); level L (m/s²); phase (0 before, 1 watching, 2 braking,
     3 standing), and the estimates. All of it is our choice. Raise ParameterError for wrong numbers.
@@ -67,26 +70,29 @@ class PredictiveStop(Block):
         require(self, self.iterations >= 1, f"iterations begin at 1, not {self.iterations!r}")
 
     def start(self) -> Any:
-        """Return (phase, level, last command, stop, samples at standstill, θ̂, samples)."""
-        return ASLEEP, 0.0, 0.0, 0.0, 0, self.prior.mean, ((), (), ())
+        """Return (phase, level, last command, stop, samples at standstill, when a probe begins (s
+        since the first sample), θ̂, samples)."""
+        return ASLEEP, 0.0, 0.0, 0.0, 0, math.inf, self.prior.mean, ((), (), ())
 
     def step(self, x: Any, position: Any, speed: Any) -> tuple[Any, Any]:
         """Return ((command, predicted stop, level, phase, estimates …), next state)."""
-        phase, level, last, stop, stood, theta, samples = x
+        phase, level, last, stop, stood, probed, theta, samples = x
         if phase == ASLEEP:
             level = last = self._cruising(speed)
             if position >= -self._distance(speed):
                 phase, theta = WATCHING, self.prior.starting(speed, position).mean
         if phase != ASLEEP and stood < SETTLING and len(samples[0]) < _MOST:
             positions, speeds, commands = samples
-            seen = Samples((*positions, position), (*speeds, speed), commands)
+            if phase == WATCHING:  # a probe follows when braking begins: now, if it does so now
+                probed = self._first_probe(len(commands))
+            seen = Samples((*positions, position), (*speeds, speed), commands, probed)
             theta, phase, level, stop, last = self._decided(phase, level, stop, last, theta, seen)
             samples = (seen.positions, seen.speeds, (*commands, last))
             stood += phase == STANDING
         if stood >= SETTLING:
             last = self.holding
         return (last, stop, level, phase, *theta), (
-            phase, level, last, stop, stood, theta, samples,
+            phase, level, last, stop, stood, probed, theta, samples,
         )  # fmt: skip
 
     def _decided(
@@ -98,14 +104,17 @@ class PredictiveStop(Block):
             theta = self.model.estimate(theta, seen, prior).theta
         if phase == WATCHING:
             level = self.first_level(theta)
-            found = self.model.plan(theta, seen.commands, last, level, self.plan)
+            found = self.model.plan(
+                theta, seen.commands, last, level, self.plan, probed=seen.probed
+            )
             stop = found.stop
             if stop - self.plan.aim + 0.5 * self.period * found.speed >= 0.0:
                 phase = BRAKING
         if phase == BRAKING:
             found = self.model.plan(
-                theta, seen.commands, last, level, self.plan, iterations=self.iterations
-            )
+                theta, seen.commands, last, level, self.plan, iterations=self.iterations,
+                probed=seen.probed,
+            )  # fmt: skip
             level, stop, last = found.level, found.stop, found.command
             if found.speed == 0.0 and abs(seen.speeds[-1]) < 0.1:
                 phase = STANDING
@@ -118,6 +127,13 @@ class PredictiveStop(Block):
         gradient = 0.5 * (theta[INDEX["approach"]] + theta[INDEX["platform"]])
         r = theta[INDEX["davis"]] * (a + b * v + c * v * v) + gradient
         return -(self.braking - r) / theta[INDEX["electric_gain"]]
+
+    def _first_probe(self, ticks: int) -> float:
+        """Return when a probe begins (s), with braking that begins after so many commands."""
+        probe = self.model.probe
+        return (
+            math.inf if probe is None else (ticks + round(probe.after / self.period)) * self.period
+        )
 
     def _cruising(self, speed: float) -> float:
         """Return the command that should hold a speed on the approach."""

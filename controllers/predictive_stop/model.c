@@ -50,13 +50,13 @@ static void follow(Model *m, State *x, const Plan *plan, int first, double last,
  * moves by -(S - aim) S'/(S'^2 + damping^2). `found` takes level, stop S (m), its derivative S',
  * the stopping time (s), the speed (m/s) at the present, which is the time of the first command to
  * be planned, and that command. */
-EXPORT void stop_plan(const Setting *setting, const double *theta, int ticks,
+EXPORT void stop_plan(const Setting *setting, const double *theta, double probed, int ticks,
                       const double *commands, double last, double level, const Plan *plan,
                       int iterations, double *found) {
     Model m;
     State present;
     double none;
-    begin(&m, &present, setting, theta, ticks, commands);
+    begin(&m, &present, setting, theta, probed, ticks, commands);
     for (int k = 1; k <= ticks; k++) run_level(&m, &present, k * setting->period);
     const double part = share_of_level(plan, present.v.v, &none);
     for (int pass = 0; pass <= iterations; pass++) {
@@ -80,11 +80,11 @@ EXPORT void stop_plan(const Setting *setting, const double *theta, int ticks,
 }
 
 /* Take motion and sensitivities at the samples: (s, v), and (s, v) by the parameters. */
-EXPORT void stop_motion(const Setting *setting, const double *theta, int samples,
+EXPORT void stop_motion(const Setting *setting, const double *theta, double probed, int samples,
                         const double *commands, double *motion, double *slopes) {
     Model m;
     State x;
-    begin(&m, &x, setting, theta, samples - 1, commands);
+    begin(&m, &x, setting, theta, probed, samples - 1, commands);
     for (int k = 0; k < samples; k++) {
         if (k) run_full(&m, &x, k * setting->period);
         motion[2 * k] = x.s.v;
@@ -153,7 +153,7 @@ static int solve(const double *matrix, double *x) {
  * information at the last theta but one
  * is left in the lower triangle of `matrix`, the squares of data and prior there in `cost`.
  * Returns 0 if the equations could not be solved. */
-EXPORT int stop_estimate(const Setting *setting, double *theta, int samples,
+EXPORT int stop_estimate(const Setting *setting, double *theta, double probed, int samples,
                          const double *commands, const double *positions, const double *speeds,
                          const double *prior, double largest, double bound, int steps,
                          double *matrix, double *cost) {
@@ -163,7 +163,7 @@ EXPORT int stop_estimate(const Setting *setting, double *theta, int samples,
     State x;
     for (int pass = 0; pass < steps; pass++) {
         double step[COUNT], part = 1.0;
-        begin(&m, &x, setting, theta, samples - 1, commands);
+        begin(&m, &x, setting, theta, probed, samples - 1, commands);
         memcpy(matrix, information, COUNT * COUNT * sizeof(double));
         cost[0] = cost[1] = 0.0;
         for (int i = 0; i < COUNT; i++) {

@@ -1,10 +1,10 @@
 /* The braking model of a predictive stop, exact between events, with its sensitivities.
  *
  *     s' = v,  v' = w e + p - r(v, s),  T2 e' = g u(t - T1) - e,
- *     T4 p' = Ke phi(v) min(u(t - T3), 0) - p once the air brake is on, else -p
+ *     T4 p' = Ke phi(v) (min(u(t - T3), 0) on + probe(t - T3)) - p, on = 1 once the air brake is on
  *
  * as models/metro_precise.py has it. A step ends wherever something changes: a sample, an edge of
- * the delayed command, the changeover, the air brake's onset, the end of the fading, the stop. In
+ * the delayed command or of the probe, the changeover, the air brake's onset, the end of the fading, the stop. In
  * between both brakes are exact exponentials and the rest is of second order or better. The ends
  * of the steps are functions of the parameters, and all numbers carry their derivatives, so the
  * sensitivities are those of the numbers computed. */
@@ -20,6 +20,7 @@ enum { T1, T2, G, T3, T4, KE, V_SW, K_BRA, APPROACH, PLATFORM, DAVIS, V0, S0, SC
 /* Derivatives: by the planned level, then by the parameters of the motion. */
 enum { LEVEL, WIDTH = SCALE + 1 };
 enum { ELECTRIC, WAITING, BLENDING, AIR, STANDING };
+enum { BEFORE, PROBING, AFTER }; /* the probe, as the air brake has it */
 enum { MOST_TICKS = 1024 };
 
 typedef struct {
@@ -32,6 +33,7 @@ typedef struct {
     double first, second;       /* m: where balises set the position right, and calibrate */
     double doubt;               /* m: at a balise, measurements this near are left out */
     double loose_sd;            /* m: of positions before the first balise */
+    double probe, probe_length; /* m/s2 (negative) and s: how the air brake is tried out */
 } Setting;
 
 typedef struct {
@@ -41,11 +43,13 @@ typedef struct {
 typedef struct {
     Number t, s, v, a, e, p, onset, off;
     int phase, electric, air; /* the commands that act: how many edges have passed */
+    int probe;
 } State;
 
 typedef struct {
     const Setting *setting;
     Number theta[SCALE], before; /* `before`: motors' demand until the first command arrives */
+    double probed;               /* s: when the probe is commanded */
     double u[MOST_TICKS], du[MOST_TICKS]; /* commands, and their derivatives by the level */
 } Model;
 
@@ -84,6 +88,7 @@ INLINE void advance(int n, const Model *restrict m, const State *restrict x, Sta
     const Number *q = m->theta;
     const double H = h->v, ref = m->setting->reference;
     const int blending = x->phase == BLENDING, on = x->phase >= BLENDING;
+    const int filled = on || x->probe != BEFORE; /* the air brake has acted */
     const double t1 = x->t.v + H, vm = x->v.v + 0.5 * H * x->a.v, sm = x->s.v + 0.5 * H * x->v.v;
     /* the electric brake, and its share in the middle and at the end */
     const int k = x->electric;
@@ -97,11 +102,13 @@ INLINE void advance(int n, const Model *restrict m, const State *restrict x, Sta
     }
     /* the air brake; shoes grip by phi(V) = (V + 150)/(2 V + 150), V in km/h */
     const double below = 7.2 * vm + 150.0, phi = (3.6 * vm + 150.0) / below;
-    const double z = on && x->air && m->u[x->air - 1] < 0.0 ? m->u[x->air - 1] : 0.0;
-    const double dz = z < 0.0 ? q[KE].v * phi * m->du[x->air - 1] : 0.0;
+    const double held = on && x->air && m->u[x->air - 1] < 0.0 ? m->u[x->air - 1] : 0.0;
+    const double dz = held < 0.0 ? q[KE].v * phi * m->du[x->air - 1] : 0.0;
+    const double z = x->probe == PROBING ? held + m->setting->probe : held;
     const double Dp = q[KE].v * z * phi, slope = q[KE].v * z * (-540.0 / (below * below));
-    const double Tp = q[T4].v, Ep = on ? exp(-H / Tp) : 0.0, rest = x->p.v - Dp;
-    const double p = on ? Dp + rest * Ep : 0.0, Ip = on ? H * Dp - Tp * (p - x->p.v) : 0.0;
+    const double Tp = q[T4].v, Ep = filled ? exp(-H / Tp) : 0.0, rest = x->p.v - Dp;
+    const double p = filled ? Dp + rest * Ep : 0.0;
+    const double Ip = filled ? H * Dp - Tp * (p - x->p.v) : 0.0;
     /* the motion */
     const Resistance rm = resistance(m, vm, sm);
     const double v = x->v.v + w * Ie + Ip - H * rm.r, s = x->s.v + 0.5 * H * (x->v.v + v);
@@ -150,6 +157,7 @@ INLINE void advance(int n, const Model *restrict m, const State *restrict x, Sta
     y->phase = x->phase;
     y->electric = x->electric;
     y->air = x->air;
+    y->probe = x->probe;
 }
 
 INLINE void copy(int n, Number *to, const Number *from) {
@@ -188,7 +196,7 @@ INLINE void advance_to(int n, const Model *m, const State *x, State *y, double h
     copy(n, &y->v, speed);
 }
 
-enum { NOTHING, ELECTRIC_EDGE, AIR_EDGE, ONSET, OFF };
+enum { NOTHING, ELECTRIC_EDGE, AIR_EDGE, PROBE_EDGE, ONSET, OFF };
 
 /* Take in the next time at which something changes, at most `until`; return what it is. */
 INLINE int next_change(int n, const Model *m, const State *x, double until, Number *next) {
@@ -207,6 +215,12 @@ INLINE int next_change(int n, const Model *m, const State *x, double until, Numb
         next->v += air;
         what = AIR_EDGE;
     }
+    double probe = m->probed + (x->probe == PROBING ? m->setting->probe_length : 0.0);
+    if (x->probe != AFTER && probe + m->theta[T3].v <= next->v) {
+        copy(n, next, &m->theta[T3]);
+        next->v += probe;
+        what = PROBE_EDGE;
+    }
     if (x->phase == WAITING && x->onset.v <= next->v) {
         copy(n, next, &x->onset);
         what = ONSET;
@@ -221,6 +235,7 @@ INLINE int next_change(int n, const Model *m, const State *x, double until, Numb
 INLINE void happen(int n, const Model *m, State *x, int what) {
     if (what == ELECTRIC_EDGE) x->electric++;
     if (what == AIR_EDGE) x->air++;
+    if (what == PROBE_EDGE) x->probe++;
     if (what == OFF) x->phase = AIR;
     if (what != ONSET) return;
     const Number *rate = &m->theta[K_BRA];
@@ -268,12 +283,14 @@ INLINE void run(int n, const Model *m, State *x, double until) {
 static void run_level(const Model *m, State *x, double until) { run(1, m, x, until); }
 static void run_full(const Model *m, State *x, double until) { run(WIDTH, m, x, until); }
 
-/* Fill in the model, and the state at the first sample: in equilibrium on the approach. */
-static void begin(Model *m, State *x, const Setting *setting, const double *theta, int ticks,
-                  const double *commands) {
+/* Fill in the model, and the state at the first sample: in equilibrium on the approach. The probe
+ * begins at the time `probed`, infinite for none. */
+static void begin(Model *m, State *x, const Setting *setting, const double *theta, double probed,
+                  int ticks, const double *commands) {
     memset(x, 0, sizeof *x);
     memset(m, 0, offsetof(Model, u));
     m->setting = setting;
+    m->probed = probed;
     for (int i = 0; i < SCALE; i++) {
         m->theta[i].v = theta[i];
         m->theta[i].d[1 + i] = 1.0;

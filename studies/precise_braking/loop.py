@@ -16,9 +16,12 @@ STRETCHES = 2  # of gradient: approach and platform
 
 
 @cache
-def metro_fmu() -> Path:
-    """Return the FMU of the metro train with two stretches of gradient, built if need be."""
-    return build(metro_train(gradients=STRETCHES))
+def metro_fmu(*, probe: bool = False) -> Path:
+    """Return the FMU of the metro train with two stretches of gradient, built if need be.
+
+    With `probe` its air brake can be tried out.
+    """
+    return build(metro_train(gradients=STRETCHES, probe=probe))
 
 
 def braking_loop(
@@ -28,19 +31,25 @@ def braking_loop(
 
     The train starts at `start` (m, negative), cruising. The controller has the inputs `position`
     and `speed` (measured) and the output `command` (m/s²); the odometry measures the true ones.
-    The command reaches the motors after T1 and the air brake after T3.
+    The command reaches the motors after T1 and the air brake after T3. So does what a controller
+    with the output `probe` (m/s²) demands of the air brake before its time.
     """
+    probes = "probe" in controller.outputs
     loop = Diagram("metro_stop", step=step)
     loop.add("odometry", odometry)
     loop.add("controller", controller)
     for name in ("electric_delay", "air_delay"):
         loop.add(name, Delay(1.0, interpolation="hold"))
     line: dict[str, Any] = {"gradient_position[1]": -1e4, "gradient_position[2]": -PLATFORM}
-    loop.add("train", Fmu(metro_fmu(), **line))
+    loop.add("train", Fmu(metro_fmu(probe=probes), **line))
     for name in ("position", "speed"):
         loop.connect(f"train.{name}", f"odometry.{name}")
         loop.connect(f"odometry.{name}", f"controller.{name}")
     for name in ("electric", "air"):
         loop.connect("controller.command", f"{name}_delay.u")
         loop.connect(f"{name}_delay.y", f"train.{name}_command")
-    return loop.with_values(truth.values(start))
+    if probes:
+        loop.add("probe_delay", Delay(1.0, interpolation="hold"))
+        loop.connect("controller.probe", "probe_delay.u")
+        loop.connect("probe_delay.y", "train.air_probe")
+    return loop.with_values(truth.values(start, probes=probes))

@@ -1,5 +1,6 @@
 """One stop of a train at a station, and chains of stops with a controller that learns."""
 
+import math
 import threading
 from collections.abc import Callable, Collection, Mapping
 from dataclasses import asdict, replace
@@ -15,11 +16,13 @@ from ...controllers.predictive_stop import (
     Plan,
     PredictiveStop,
     Prior,
+    Probe,
+    ProbingStop,
     Samples,
     trimmed,
 )
 from ...controllers.predictive_stop.cheap_stop import cheap_stop
-from ...controllers.predictive_stop.controller import SETTLING, STANDING
+from ...controllers.predictive_stop.controller import BRAKING, SETTLING, STANDING
 from ...cosim.block import Block
 from ...cosim.run import Run
 from ...cosim.runner import Runner
@@ -39,6 +42,7 @@ START = -235.0  # m
 LONGEST = 40.0  # s
 MOST_KEPT = 16  # loops
 _KEPT = threading.local()
+PROBE = Probe()
 TRAINS = {"v12": V12, "v6": V6, "v3": V3}
 Make = Callable[[Truth], Block]  # a controller, from what it may know: the nominal numbers
 
@@ -80,6 +84,13 @@ def cheap(known: Truth, **options: Any) -> PredictiveStop:
     """Return the cheap variant, with the options of `predictive`."""
     whole = predictive(known, **options)
     return cheap_stop(whole.prior, model=whole.model, plan=whole.plan)
+
+
+def probing(known: Truth, *, probe: Probe = PROBE, **options: Any) -> ProbingStop:
+    """Return the variant that tries the air brake out, with the options of `predictive`."""
+    whole = predictive(known, **options)
+    model = replace(whole.model, probe=probe)
+    return ProbingStop(prior=whole.prior, model=model, plan=whole.plan)
 
 
 def parameters(truth: Truth) -> dict[str, float]:
@@ -134,7 +145,7 @@ def run_stop(
             kept.pop(next(iter(kept))).close()
         loop = braking_loop(truth, controller, sensors, start=START)
         kept[key] = loop.runner(LONGEST, record=[*names, *record])
-    values = dict(truth.values(START))
+    values = dict(truth.values(START, probes="probe" in controller.outputs))
     for block, of in {"odometry": sensors, **({"controller": controller} if free else {})}.items():
         values |= {f"{block}.{name}": value for name, value in of.parameters().items()}
     return kept[key].run(values, scenario)
@@ -201,8 +212,11 @@ def one_stop(
     return {**shown, **metrics(run), **draws}
 
 
-def samples_of(run: Run) -> tuple[tuple[float, ...], Samples]:
-    """Return the last estimate of a predictive stop's run, and what it has seen."""
+def samples_of(run: Run, probe: Probe | None = None) -> tuple[tuple[float, ...], Samples]:
+    """Return the last estimate of a predictive stop's run, and what it has seen.
+
+    `probe` is that of a run in which the air brake was tried out.
+    """
     every = round(PERIOD / (run.time[1] - run.time[0]))
     seen = {
         name: run[name][::every]
@@ -215,7 +229,11 @@ def samples_of(run: Run) -> tuple[tuple[float, ...], Samples]:
     end = min(int(standing[0]) + SETTLING, len(phase)) if standing.size else len(phase)
     positions, speeds, commands = (tuple(column[first:end].tolist()) for column in seen.values())
     theta = tuple(float(run[f"controller.{name}"][-1]) for name in PARAMETERS)
-    return theta, Samples(positions, speeds, commands[:-1])
+    probed = math.inf
+    if probe is not None:
+        braking = int(np.flatnonzero(phase >= BRAKING)[0])
+        probed = (braking - first + round(probe.after / PERIOD)) * PERIOD
+    return theta, Samples(positions, speeds, commands[:-1], probed)
 
 
 def revealed_stop(
@@ -254,12 +272,13 @@ def learning_chain(
     """Return metrics of stops of one train at one station, one after the other.
 
     The truth drifts as `drift` ("benign" or "harsh") has it. By `way` a predictive stop learns its
-    prior from stop to stop ("learning"), or the cheap variant trims its aim ("trim"). `drawn` may
-    give the "station" (0 to 6), else it is drawn too.
+    prior from stop to stop ("learning", or "probing" where it tries the air brake out each time),
+    or the cheap variant trims its aim ("trim"). `drawn` may give the "station" (0 to 6), else it is
+    drawn too.
     """
     station, shown = _station(drawn, generator)
     about = nominal(train, station)
-    make = {"learning": predictive, "trim": cheap}[way]
+    make = {"learning": predictive, "probing": probing, "trim": cheap}[way]
     controller = make(about, scale=scale, balises=balises, soft=soft)
     learning = Learning.begin(controller.prior)
     record = [f"controller.{name}" for name in ("phase", *PARAMETERS)]
@@ -272,6 +291,6 @@ def learning_chain(
         if way == "trim":
             controller = trimmed(controller, float(run["odometry.position"][-1]))
         else:
-            learning = learning.after(controller.model, *samples_of(run))
+            learning = learning.after(controller.model, *samples_of(run, controller.model.probe))
             controller = replace(controller, prior=learning.prior)
     return rows

@@ -75,8 +75,11 @@ class Truth:
         r = self.resistance(self.speed, self.approach)
         return r * self.mass_ratio / self.electric_coefficient
 
-    def values(self, start: float) -> Mapping[str, Any]:
-        """Return the loop's parameters by "block.parameter"; the train starts at `start` (m)."""
+    def values(self, start: float, *, probes: bool = False) -> Mapping[str, Any]:
+        """Return the loop's parameters by "block.parameter"; the train starts at `start` (m).
+
+        `probes`: the loop's controller tries the air brake out, by a delay of its own.
+        """
         train = {
             "electric_lag": self.electric_lag,
             "electric_coefficient": self.electric_coefficient,
@@ -101,6 +104,7 @@ class Truth:
             "electric_delay.initial": self.cruising,
             "air_delay.time": self.air_delay,
             "air_delay.initial": self.cruising,
+            **({"probe_delay.time": self.air_delay, "probe_delay.initial": 0.0} if probes else {}),
         }
 
 

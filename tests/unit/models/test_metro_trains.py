@@ -60,16 +60,17 @@ def reference(commands: np.ndarray, v0: float, p: dict[str, float]) -> tuple[np.
     x, t_sw, stands = np.array([0.0, v0, 0.0, 0.0]), None, False
     rows, happened, t = [x[:2]], [], 0.0
 
-    def slope(t: float, x: np.ndarray, ue: float, ua: float) -> list[float]:
+    def slope(t: float, x: np.ndarray, ue: float, ua: float, up: float) -> list[float]:
         s, v, be, bp = x
         onset = np.inf if t_sw is None else t_sw + p["t3"]
         w = 1.0 if t < onset else max(0.0, 1.0 - p["kb"] * (t - onset) / 0.7)
         kmh = 3.6 * v
-        air = p["k"] * (kmh + 150) / (2 * kmh + 150) * min(ua, 0.0) / p["mu"] if t >= onset else 0.0
+        asked = (min(ua, 0.0) if t >= onset else 0.0) + min(up, 0.0)
+        air = p["k"] * (kmh + 150) / (2 * kmh + 150) * asked / p["mu"]
         pull = min(p["p1"] * ue / p["mu"], min(280e3, 2.8e6 / v) / 240e3 if v > 0.1 else 1e9)
         return [v, w * be + bp - resisted(s, v), (pull - be) / p["t2"], (air - bp) / p["t4"]]
 
-    for ue, ua in commands:
+    for ue, ua, up in commands:
         end = t + PERIOD
         while t < end and not stands:
             onset = [] if t_sw is None else [t_sw + p["t3"], t_sw + p["t3"] + 0.7 / p["kb"]]
@@ -84,7 +85,7 @@ def reference(commands: np.ndarray, v0: float, p: dict[str, float]) -> tuple[np.
             switch.terminal = stop.terminal = True  # type: ignore[attr-defined]
             switch.direction = stop.direction = -1.0  # type: ignore[attr-defined]
             # A hair before an instant at which the equations jump, so that no stage lies on it.
-            found = solve_ivp(slope, (t + 1e-14, to - 1e-14), x, args=(ue, ua), method="DOP853",
+            found = solve_ivp(slope, (t + 1e-14, to - 1e-14), x, args=(ue, ua, up), method="DOP853",
                               rtol=1e-12, atol=1e-13, events=[switch, stop])  # fmt: skip
             x = found.y[:, -1]
             t = float(found.t[-1]) if found.status == 1 else to
@@ -99,25 +100,31 @@ def reference(commands: np.ndarray, v0: float, p: dict[str, float]) -> tuple[np.
     return np.array(rows), happened
 
 
+@pytest.mark.parametrize("probes", [False, True])
 @pytest.mark.parametrize("seed", range(4))
-def test_a_stop_is_the_one_of_scipy(train: Any, seed: int) -> None:
+def test_a_stop_is_the_one_of_scipy(train: Any, seed: int, probes: bool) -> None:
     rng = np.random.default_rng(seed)
     p = {"p1": rng.uniform(0.8, 0.9), "mu": rng.uniform(0.94, 1.06), "t2": rng.uniform(0.7, 0.95),
          "t3": rng.uniform(0.6, 1.0), "t4": rng.uniform(1.4, 2.1), "k": rng.uniform(0.77, 0.93),
          "vsw": rng.uniform(0.8, 3.6), "kb": rng.uniform(0.24, 1.3)}  # fmt: skip
-    commands = rng.uniform(-1.0, -0.5, (160, 2))
-    commands[:8] = rng.uniform(-0.2, 0.5, (8, 2))
+    commands = np.zeros((160, 3))
+    commands[:, :2] = rng.uniform(-1.0, -0.5, (160, 2))
+    commands[:8, :2] = rng.uniform(-0.2, 0.5, (8, 2))
     v0 = rng.uniform(10.0, 14.0)
+    if probes:  # at any time, half of them upwards: those do nothing
+        commands[:, 2] = rng.uniform(-0.3, 0.3, 160)
     slave = train(
-        metro_train(gradients=4), **line(), speed=v0, length=LENGTH,
+        metro_train(gradients=4, probe=probes), **line(), speed=v0, length=LENGTH,
         electric_coefficient=p["p1"], mass_ratio=p["mu"], electric_lag=p["t2"],
         air_delay=p["t3"], air_lag=p["t4"], air_numerator=p["k"] * 100 * 0.01191,
         changeover_speed=p["vsw"], fade_rate=p["kb"],
     )  # fmt: skip
     rows = [(0.0, v0)]
-    for k, (electric, air) in enumerate(commands):
+    for k, (electric, air, probe) in enumerate(commands):
         slave.set("electric_command", electric)
         slave.set("air_command", air)
+        if probes:
+            slave.set("air_probe", probe)
         slave.doStep(k * PERIOD, PERIOD)
         rows.append((slave.get("position"), slave.get("speed")))
     expected, happened = reference(commands, v0, p)

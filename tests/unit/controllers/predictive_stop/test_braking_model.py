@@ -4,11 +4,13 @@ import numpy as np
 import pytest
 
 from railcosim.base.errors import ParameterError
-from railcosim.controllers.predictive_stop import BrakingModel, Plan, Prior
+from railcosim.controllers.predictive_stop import BrakingModel, Plan, Prior, Probe
 from tests.braking_reference import Reference
 
 TRAINS = {"v12": (12.0 / 3.6, 0.30), "v6": (6.0 / 3.6, 0.60), "v3": (3.0 / 3.6, 1.20)}
 MODEL = BrakingModel()
+PROBING = BrakingModel(probe=Probe(level=-0.25, length=1.8))
+PROBED = (3.0, 20.6)  # s: early, and about the changeover
 
 
 def drawn(train: str, seed: int) -> tuple[tuple[float, ...], tuple[float, ...]]:
@@ -35,19 +37,40 @@ def test_motion_is_that_of_the_equations(train: str) -> None:
     assert 0.2 * np.flatnonzero(motion[:, 1] == 0.0)[0] == pytest.approx(time, abs=0.2)
 
 
+@pytest.mark.parametrize("probed", PROBED)
+@pytest.mark.parametrize("train", TRAINS)
+def test_motion_with_a_probe_is_that_of_the_equations(train: str, probed: float) -> None:
+    theta, commands = drawn(train, 8)
+    times = 0.2 * np.arange(len(commands) + 1)
+    motion, _ = PROBING.motion(theta, commands, probed=probed)
+    reference = Reference(theta, commands, (-0.25, probed, probed + 1.8))
+    expected, stop, _ = reference.run(times)
+    assert np.abs(motion - expected).max(axis=0) == pytest.approx([0.0, 0.0], abs=1e-3)
+    assert np.abs(motion - expected).max(axis=0)[1] < 1e-4
+    assert motion[-1, 0] == pytest.approx(stop, abs=1e-3)
+    without, _ = PROBING.motion(theta, commands)
+    assert (without == MODEL.motion(theta, commands)[0]).all()
+    assert without[-1, 0] - motion[-1, 0] > 0.05
+
+
+@pytest.mark.parametrize("probed", [np.inf, *PROBED])
 @pytest.mark.parametrize("train", TRAINS)
 @pytest.mark.parametrize("seed", [2, 3])
-def test_derivatives(train: str, seed: int) -> None:
+def test_derivatives(train: str, seed: int, probed: float) -> None:
     """By central differences of two widths, extrapolated; samples at an event's very edge apart."""
     theta, commands = drawn(train, seed)
-    _, slopes = MODEL.motion(theta, commands)
+    _, slopes = PROBING.motion(theta, commands, probed=probed)
     assert slopes.shape == (len(commands) + 1, 2, 13)
     for k in range(13):
         size = 2e-5 * max(abs(theta[k]), 0.1)
 
         def difference(h: float, k: int = k) -> np.ndarray:
             ends = [
-                MODEL.motion(tuple(t + s * h * (i == k) for i, t in enumerate(theta)), commands)[0]
+                PROBING.motion(
+                    tuple(t + s * h * (i == k) for i, t in enumerate(theta)),
+                    commands,
+                    probed=probed,
+                )[0]
                 for s in (1.0, -1.0)
             ]
             return (ends[0] - ends[1]) / (2.0 * h)
@@ -71,6 +94,18 @@ def test_plan_is_the_motion_under_its_commands() -> None:
     assert found.stop == pytest.approx(motion[-1, 0], abs=1e-9)
     assert found.speed == pytest.approx(motion[40, 1], abs=1e-12)
     assert found.command == after[1]
+
+
+def test_plan_reckons_with_a_probe_to_come() -> None:
+    theta, commands = drawn("v6", 9)
+    past = commands[:20]
+    for probed in (3.4, 4.6):  # acting at the plan's beginning, and to come
+        found = PROBING.plan(theta, past, past[-1], -0.8, Plan(), probed=probed)
+        after = [past[-1]]
+        for _ in range(140):
+            after.append(after[-1] + max(-0.12, min(0.12, -0.8 - after[-1])))
+        motion, _ = PROBING.motion(theta, (*past, *after[1:]), probed=probed)
+        assert found.stop == pytest.approx(motion[-1, 0], abs=1e-9)
 
 
 @pytest.mark.parametrize("ending", [1.0, 0.4])
