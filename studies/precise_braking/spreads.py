@@ -27,6 +27,7 @@ from .stops import (
     nominal,
     one_stop,
     predictive,
+    probing,
     revealed_stop,
 )
 
@@ -126,6 +127,7 @@ def _ours() -> list[Case]:
     return [
         _stops("spread_full", "predictive_v6", predictive),
         _stops("spread_full", "predictive_v3", predictive, train="v3"),
+        _stops("spread_full", "predictive_probe_v6", probing),
         _stops("spread_full", "predictive_soft_v6", soft),
         _stops("spread_full", "cheap_v6", cheap),
         _stops("odometry", "predictive_v6", wheel, scale=WHEEL, balises=BALISES),

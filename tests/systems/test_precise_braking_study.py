@@ -126,6 +126,18 @@ def test_a_run_on_a_line_of_ones_own(tmp_path: Path, capsys: pytest.CaptureFixtu
     assert "claims" not in capsys.readouterr().out
 
 
+def test_a_run_that_misses_its_plan_is_told() -> None:
+    results = Results("precise-braking", dict(UNITS))
+    good: dict[str, float | None] = {"stop_error": 3.0, "late": -0.1, "emergency": 0.0}
+    results.metrics["run"] = {
+        "fast": good, "far": {**good, "stop_error": -6800.0},
+        "stopped": {**good, "emergency": 1.0}, "never": {**good, "late": None},
+    }  # fmt: skip
+    told = STUDY.unmet(results)
+    assert [words.split("'")[1] for words in told] == ["far", "stopped", "never"]
+    assert "braked by the ATP" in told[1]
+
+
 @pytest.mark.parametrize(
     ("words", "message"),
     [
