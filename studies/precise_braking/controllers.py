@@ -127,7 +127,7 @@ def tracked(name: str, nominal: Truth, *, aim: float = 0.0) -> TrackedStop:
 
 
 def controller(name: str, station: int, *, train: str = "v6", trimmed: bool = True) -> TrackedStop:
-    """Return a controller by name for station 0 to 6, its aim trimmed where TRIMS has it.
+    """Return a controller by name for station 0 to 6, its aim trimmed if it is V6.
 
     Raise ParameterError for a station or train that is not there.
     """
@@ -138,8 +138,7 @@ def controller(name: str, station: int, *, train: str = "v6", trimmed: bool = Tr
         raise ParameterError(f"no train '{train}'; trains: {listing(TRAINS)}")
     place = STATIONS[station]
     nominal = replace(TRAINS[train], approach=place.approach, platform=place.platform)
-    aim = -0.01 * TRIMS[name][station] if trimmed and name in TRIMS else 0.0
-    return tracked(name, nominal, aim=aim)
+    return maker(name, trimmed=trimmed)(nominal)
 
 
 def maker(name: str, *, trimmed: bool = True) -> Callable[[Truth], TrackedStop]:
