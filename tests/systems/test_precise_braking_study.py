@@ -11,7 +11,7 @@ import pytest
 from railcosim.cli import main
 from railcosim.studies.case import Case, run_cases, with_overrides
 from railcosim.studies.metrics import UNITS
-from railcosim.studies.precise_braking import STUDY, spreads, stopping
+from railcosim.studies.precise_braking import STUDY, line_cases, spreads, stopping
 from railcosim.studies.precise_braking.stations import STATIONS
 from railcosim.studies.results import Results
 
@@ -106,8 +106,11 @@ def test_figures_are_those_whose_experiments_were_run(stops: Results) -> None:
     assert STUDY.figures(Results("precise-braking", {})) == {}
 
 
-def test_a_run_on_a_line_of_ones_own(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_run_on_a_line_of_ones_own(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
     """More gradients than the usual FMU has room for; arrival within 1 s and 30 cm."""
+    monkeypatch.setattr(line_cases, "SHARES", (1.1, 1.2))
     line = tmp_path / "harbour.json"
     line.write_text(json.dumps(LINE))
     out = tmp_path / "out"
