@@ -4,10 +4,8 @@ from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 from ..base.ops import clip, exp, maximum, minimum, where
+from ..base.railway import GRAVITY_PER_MILLE, KILOMETRES_PER_HOUR
 from ..cosim.block import Block, require_finite, require_positive
-
-_PER_MILLE = 9.81 / 1000.0  # m/s² for 1 N/kN or 1 ‰
-_KILOMETRES_PER_HOUR = 3.6  # for 1 m/s
 
 
 class BrakeState(NamedTuple):
@@ -41,7 +39,7 @@ class BrakeModel(Block):
     air_delay: float = 0.8
     air_lag: float = 1.741
     air_gain: float = 1.0142 / 1.191
-    changeover_speed: float = 6.0 / _KILOMETRES_PER_HOUR
+    changeover_speed: float = 6.0 / KILOMETRES_PER_HOUR
     fade_rate: float = 0.60
     fade_reference: float = 0.70
     davis_a: float = 2.031
@@ -63,10 +61,10 @@ class BrakeModel(Block):
 
     def resistance(self, position: Any, speed: Any) -> Any:
         """Return the deceleration (m/s²) by running resistance and gradient."""
-        v = _KILOMETRES_PER_HOUR * speed
+        v = KILOMETRES_PER_HOUR * speed
         on_platform = clip((position - self.platform_from) / self.length, 0.0, 1.0)
         gradient = self.approach + (self.platform - self.approach) * on_platform
-        return (self.davis_a + v * (self.davis_b + self.davis_c * v) + gradient) * _PER_MILLE
+        return (self.davis_a + v * (self.davis_b + self.davis_c * v) + gradient) * GRAVITY_PER_MILLE
 
     def cruising(self, position: Any, speed: Any) -> BrakeState:
         """Return the state in which the motors hold the speed."""
@@ -87,7 +85,7 @@ class BrakeModel(Block):
         """
         share = self.share(x.clock + 0.5 * dt)
         middle = maximum(x.speed + 0.5 * dt * (share * x.electric + x.air), 0.0)
-        v = _KILOMETRES_PER_HOUR * middle
+        v = KILOMETRES_PER_HOUR * middle
         friction = (v + 150.0) / (2.0 * v + 150.0)
         on = clip(x.clock + dt, 0.0, dt)
         b_e, dv_e, ds_e = _lagged(

@@ -81,16 +81,10 @@ class BrakingProfile(Block):
         togo = togo - t
         later = togo - falling
         early = later - steady
-        if type(togo) is float:  # as below, without the calls
-            third = 0.0 if togo < 0.0 else falling if togo > falling else togo
-            second = 0.0 if later < 0.0 else steady if later > steady else later
-            first = 0.0 if early < 0.0 else rising if early > rising else early
-            cruise = early - rising if early > rising else 0.0
-        else:
-            third = clip(togo, 0.0, falling)
-            second = clip(later, 0.0, steady)
-            first = clip(early, 0.0, rising)
-            cruise = maximum(early - rising, 0.0)
+        third = clip(togo, 0.0, falling)
+        second = clip(later, 0.0, steady)
+        first = clip(early, 0.0, rising)
+        cruise = maximum(early - rising, 0.0)
         v3 = 0.5 * k * third * third
         v2 = v3 + a * second
         v1 = v2 + first * (a - 0.5 * j * first)

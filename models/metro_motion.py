@@ -4,11 +4,9 @@ from typing import Any
 
 import casadi as ca
 
+from ..base.railway import GRAVITY_PER_MILLE, KILOMETRES_PER_HOUR
 from .plant import Plant
 from .rolling import BREAKAWAY
-
-GRAVITY_PER_MILLE = 9.81 / 1000.0  # m/s² for 1 N/kN or 1 ‰; the precise braking paper, eq. 3
-KILOMETRES_PER_HOUR = 3.6  # for 1 m/s
 
 
 def resistance(plant: Plant, position: Any, speed: Any, *, gradients: int) -> Any:

@@ -4,8 +4,8 @@ from typing import Any, NamedTuple
 
 import casadi as ca
 
+from ..base.railway import KILOMETRES_PER_HOUR
 from .metro_motion import (
-    KILOMETRES_PER_HOUR,
     commanded_mass,
     resistance,
     stand,

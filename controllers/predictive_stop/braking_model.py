@@ -11,8 +11,9 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ...base.errors import ParameterError
+from ...base.railway import GRAVITY_PER_MILLE, KILOMETRES_PER_HOUR
 from . import library
-from .prior import COUNT, GRAVITY_PER_MILLE, Prior
+from .prior import COUNT, Prior
 
 LARGEST = 2.0  # sd of the prior that a parameter moves in one step of Gauss–Newton
 MOST = 1024  # commands, MOST_TICKS of model.c
@@ -130,6 +131,12 @@ class BrakingModel:
     horizon: float = 60.0
     probe: Probe | None = None
 
+    def running_resistance(self, speed: float) -> float:
+        """Return the nominal deceleration (m/s²) by running resistance on the level."""
+        a, b, c = self.davis
+        v = KILOMETRES_PER_HOUR * speed
+        return (a + b * v + c * v * v) * GRAVITY_PER_MILLE
+
     def motion(
         self, theta: tuple[float, ...], commands: tuple[float, ...], *, probed: float = math.inf
     ) -> tuple[np.ndarray, np.ndarray]:
@@ -214,7 +221,8 @@ def _setting(model: BrakingModel) -> Any:
     plain = {f.name: getattr(model, f.name) for f in fields(model)}
     named = {name: plain[name] for name in _NAMES if name in plain and name != "probe"}
     setting = _Setting(
-        a=a, b=3.6 * b, c=3.6 * 3.6 * c, change=model.gradient_change,
+        a=a, b=KILOMETRES_PER_HOUR * b, c=KILOMETRES_PER_HOUR * KILOMETRES_PER_HOUR * c,
+        change=model.gradient_change,
         reference=model.fade_reference, first=first, second=second,
         probe=probe.level, probe_length=probe.length, **named,
     )  # fmt: skip

@@ -122,10 +122,9 @@ class PredictiveStop(Block):
 
     def first_level(self, theta: Any) -> float:
         """Return L_set: −(braking − r̂)/ĝ, the resistance being that at 0.6 of the speed."""
-        a, b, c = (k * 9.81 / 1000.0 for k in self.model.davis)
-        v = 3.6 * 0.6 * theta[INDEX["speed"]]
         gradient = 0.5 * (theta[INDEX["approach"]] + theta[INDEX["platform"]])
-        r = theta[INDEX["davis"]] * (a + b * v + c * v * v) + gradient
+        v = 0.6 * theta[INDEX["speed"]]
+        r = theta[INDEX["davis"]] * self.model.running_resistance(v) + gradient
         return -(self.braking - r) / theta[INDEX["electric_gain"]]
 
     def _first_probe(self, ticks: int) -> float:
@@ -137,9 +136,7 @@ class PredictiveStop(Block):
 
     def _cruising(self, speed: float) -> float:
         """Return the command that should hold a speed on the approach."""
-        a, b, c = (k * 9.81 / 1000.0 for k in self.model.davis)
-        v = 3.6 * speed
-        r = self.prior["davis"] * (a + b * v + c * v * v) + self.prior["approach"]
+        r = self.prior["davis"] * self.model.running_resistance(speed) + self.prior["approach"]
         return r / self.prior["electric_gain"]
 
     def _distance(self, speed: float) -> float:

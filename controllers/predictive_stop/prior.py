@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 
 from ...base.errors import ParameterError, listing, suggest
+from ...base.railway import GRAVITY_PER_MILLE
 
-GRAVITY_PER_MILLE = 9.81 / 1000.0  # m/s² for 1 ‰
 # The parameters in the order of model.c, with their units.
 PARAMETERS = {
     "electric_delay": "s",  # T1

@@ -5,9 +5,10 @@ from collections.abc import Callable
 from itertools import pairwise
 
 from ...base.errors import ParameterError
+from ...base.railway import GRAVITY_PER_MILLE
 from .braking import Ramp
 from .curve import Regime
-from .driving import GRAVITY_PER_MILLE, Course
+from .driving import Course
 from .goals import Goal, goals
 from .root import root
 from .run import Run

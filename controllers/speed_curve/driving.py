@@ -10,11 +10,10 @@ import numpy as np
 
 from ...base.errors import ParameterError
 from ...base.ops import clip
+from ...base.railway import GRAVITY_PER_MILLE
 
 if TYPE_CHECKING:
     from ...models.line import Section, Train
-
-GRAVITY_PER_MILLE = 9.81 / 1000.0  # m/s² for 1 N/kN or 1 ‰; the precise braking paper, eq. 3
 
 
 @dataclass(frozen=True, kw_only=True)

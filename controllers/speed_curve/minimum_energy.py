@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from ...base.errors import ConvergenceError, ParameterError
+from ...base.railway import GRAVITY_PER_MILLE
 from .curve import SpeedCurve
 from .driving import Course, Driving
 from .fast import fast_curve, timed_curve
@@ -217,7 +218,7 @@ def _rooms(course: Course, at: States, below: float) -> list[Any]:
         positive = ca.fmax(distance, 0.0)
         return positive * positive / (positive + KINK)
 
-    steepest = max(0.0, *(-slope for _, slope in course.section.gradients)) * 9.81e-3
+    steepest = max(0.0, *(-slope for _, slope in course.section.gradients)) * GRAVITY_PER_MILLE
     falls, rises = 2.0 * course.driving.deceleration, 2.0 * (course.traction(0.0) + steepest)
     ends = [*(start for start, _ in course.limits[1:]), math.inf]
     rooms = []

@@ -1,5 +1,6 @@
 """The two braking models, run over logs: speeds, errors and their derivatives."""
 
+from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from functools import cached_property
 from typing import Any
@@ -18,7 +19,7 @@ CENTIMETRES = 100.0  # for 1 m
 Values = Mapping[str, np.ndarray]  # parameter's name -> its value in each braking
 
 
-class BrakingModel:
+class BrakingModel(ABC):
     """A model that runs freely over each braking: from its first speed, by the command alone.
 
     `free` are the parameters to be identified, in the order of every vector and column here;
@@ -126,16 +127,16 @@ class BrakingModel:
 
     # What differs between the models
 
+    @abstractmethod
     def _signals(self, values: Values) -> tuple[list[np.ndarray], list[np.ndarray]]:
         """Return the equations' signals and their changes, arrays (log, step)."""
-        raise NotImplementedError
 
+    @abstractmethod
     def _initial(self, values: Values) -> tuple[np.ndarray, dict[str, np.ndarray]]:
         """Return the brake's state at the start (log), and how it changes with parameters.
 
         It is in balance with the command.
         """
-        raise NotImplementedError
 
     def _column(self, name: str, named: Mapping[str, np.ndarray], values: Values) -> np.ndarray:
         """Return the derivative of the speeds by a parameter."""

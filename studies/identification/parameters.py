@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from ...base.errors import ParameterError, listing, suggest
-from ...models.metro_motion import KILOMETRES_PER_HOUR
+from ...base.railway import KILOMETRES_PER_HOUR
 
 DENOMINATOR = 0.01191  # K2, which goes with K1 = 100 K2 K; the precise braking paper, table 1
 

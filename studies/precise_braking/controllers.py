@@ -6,7 +6,6 @@ observer. Gains are ours, the paper gives none; `V6` is the train that they were
 """
 
 from collections.abc import Callable
-from dataclasses import replace
 
 from ...base.errors import ParameterError, listing
 from ...controllers import (
@@ -22,12 +21,10 @@ from ...controllers import (
     TrackedStop,
 )
 from ...cosim import Block
-from .loop import PERIOD
-from .stations import STATIONS
-from .truth import V3, V6, V12, Truth
+from .loop import PERIOD, START
+from .stations import STATIONS, nominal
+from .truth import V6, Truth
 
-START = -235.0  # m; the target curve begins to brake 149.8 m before the aim
-TRAINS = {"v12": V12, "v6": V6, "v3": V3}
 _LEAD_IN = (BrakingProfile(lead_in=0.0).start_position - START) / BrakingProfile().speed  # s
 
 # Found for V6 by an evolution strategy (CMA-ES) on a compiled copy of the loop, three digits. m0
@@ -127,18 +124,8 @@ def tracked(name: str, nominal: Truth, *, aim: float = 0.0) -> TrackedStop:
 
 
 def controller(name: str, station: int, *, train: str = "v6", trimmed: bool = True) -> TrackedStop:
-    """Return a controller by name for station 0 to 6, its aim trimmed if it is V6.
-
-    Raise ParameterError for a station or train that is not there.
-    """
-    if station not in range(len(STATIONS)):
-        names = listing(f"{k} {s.name}" for k, s in enumerate(STATIONS))
-        raise ParameterError(f"no station {station!r}; stations by number: {names}")
-    if train not in TRAINS:
-        raise ParameterError(f"no train '{train}'; trains: {listing(TRAINS)}")
-    place = STATIONS[station]
-    nominal = replace(TRAINS[train], approach=place.approach, platform=place.platform)
-    return maker(name, trimmed=trimmed)(nominal)
+    """Return a controller by name for station 0 to 6, its aim trimmed if it is V6."""
+    return maker(name, trimmed=trimmed)(nominal(train, station))
 
 
 def maker(name: str, *, trimmed: bool = True) -> Callable[[Truth], TrackedStop]:

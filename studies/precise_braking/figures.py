@@ -78,7 +78,7 @@ def _speeds(results: Results) -> "Figure | None":
 def _speed_errors(results: Results) -> "Figure | None":
     """Command and speed error over time at the first station."""
     from ...controllers import BrakingProfile
-    from .controllers import START
+    from .loop import START
 
     runs = {name: results.runs.get((STATIONS[0].key, name)) for name in LOOKS}
     if not any(runs.values()):

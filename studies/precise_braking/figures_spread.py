@@ -6,6 +6,7 @@ import numpy as np
 
 from ..plots import label, legend, panels
 from ..results import Results
+from .spreads import SETTLED
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -28,7 +29,6 @@ CHAINS = {
     ("learned_benign", "predictive_v3"): ("V3, benign", "#56B4E9"),
     ("learned_harsh", "predictive_v3"): ("V3, harsh", "#E69F00"),
 }
-LEARNED = 20  # stops, after which a chain counts as learned
 
 
 def spread_figures(results: Results) -> "dict[str, Figure | None]":
@@ -50,7 +50,7 @@ def _accuracy(results: Results) -> "Figure | None":
         text, colour, dashes = CURVES[key]
         error = np.abs(samples["stop_error"].to_numpy(dtype=float))
         if "stop" in samples:
-            error = error[samples["stop"].to_numpy() >= LEARNED]
+            error = error[samples["stop"].to_numpy() >= SETTLED]
         error = np.sort(error)
         beyond = 100.0 * (1.0 - np.arange(1, len(error) + 1) / (len(error) + 1))
         axis.plot(error, beyond, dashes, color=colour, label=f"{text} ({len(error)} stops)")

@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ...base.railway import KILOMETRES_PER_HOUR
 from ...cosim import Delay, Diagram, Fmu, Hold, Profile
 from ...fmus import build
 from ...models import coarse_metro_train, metro_train
-from ...models.metro_motion import KILOMETRES_PER_HOUR
 from ..identification.braking import Braking, brakings
 from ..identification.braking_model import CENTIMETRES
 from ..identification.braking_model import STEP as LONGEST_STEP

@@ -12,6 +12,7 @@ from .truth import PLATFORM, Truth
 
 STEP = 0.01  # s, the base step
 PERIOD = 0.2  # s, of the control; the paper's T_d
+START = -235.0  # m, where a stop begins; the target curve brakes from 149.8 m before its aim
 STRETCHES = 2  # of gradient: approach and platform
 
 

@@ -13,18 +13,16 @@ from ..case import Case
 from ..ensemble import Ensemble
 from ..metrics import Metrics
 from .controllers import maker
-from .loop import braking_loop
-from .stations import STATIONS
+from .loop import START, braking_loop
+from .stations import STATIONS, nominal
 from .stops import (
     AIR,
     ELECTRIC,
     LONGEST,
-    START,
     Make,
     cheap,
     learning_chain,
     metrics,
-    nominal,
     one_stop,
     predictive,
     probing,

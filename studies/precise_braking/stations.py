@@ -1,6 +1,9 @@
 """The seven runs of the paper's table 3, in line order, and what the paper says of each."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+
+from ...base.errors import ParameterError, listing
+from .truth import TRAINS, Truth
 
 
 @dataclass(frozen=True)
@@ -40,3 +43,17 @@ STATIONS = (
 
 # Table 2: speed error in cm/s, computing time in s
 FIDELITY = {"precise": (25.827, 49.5), "coarse": (117.26, 50.3)}
+
+
+def nominal(train: str, station: int) -> Truth:
+    """Return the nominal numbers of a train ("v12", "v6", "v3") at station 0 to 6.
+
+    Raise ParameterError for a train or station that is not there.
+    """
+    if station not in range(len(STATIONS)):
+        names = listing(f"{k} {s.name}" for k, s in enumerate(STATIONS))
+        raise ParameterError(f"no station {station!r}; stations by number: {names}")
+    if train not in TRAINS:
+        raise ParameterError(f"no train '{train}'; trains: {listing(TRAINS)}")
+    place = STATIONS[station]
+    return replace(TRAINS[train], approach=place.approach, platform=place.platform)

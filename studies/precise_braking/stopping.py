@@ -5,9 +5,9 @@ from ...cosim import Block, Run
 from ..case import Case
 from ..metrics import Metrics
 from .controllers import LAWS, maker
-from .loop import STEP, braking_loop
-from .stations import STATIONS
-from .stops import LONGEST, START, metrics, nominal, predictive
+from .loop import START, STEP, braking_loop
+from .stations import STATIONS, nominal
+from .stops import LONGEST, metrics, predictive
 from .truth import Truth
 
 RECORD = (

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from ...base.railway import GRAVITY_PER_MILLE
 from ...controllers.odometry import Odometry
 from ...controllers.predictive_stop import (
     PARAMETERS,
@@ -27,30 +28,21 @@ from ...cosim.block import Block
 from ...cosim.run import Run
 from ...cosim.runner import Runner
 from ...cosim.scenario import Scenario, SetParameter
-from ...models.metro_motion import GRAVITY_PER_MILLE
 from .drift import DRIFTS
-from .loop import PERIOD, braking_loop
-from .stations import STATIONS
-from .truth import V3, V6, V12, Truth
+from .loop import PERIOD, START, braking_loop
+from .stations import nominal
+from .truth import Truth
 
 AIR = ("air_delay", "air_lag", "air_gain", "changeover_speed", "fade_rate")
 ELECTRIC = ("electric_delay", "electric_lag", "electric_gain", "approach", "platform", "davis")
 ENDING = 0.4  # share of the level that is left of it in a soft ending, our choice
 DAMPING = (0.1, 0.15)  # m per m/s², without and with a soft ending
 SOFTENING = (1.3, 1.9)  # it comes down to that between these speeds over V_sw
-START = -235.0  # m
 LONGEST = 40.0  # s
 MOST_KEPT = 16  # loops
 _KEPT = threading.local()
 PROBE = Probe()
-TRAINS = {"v12": V12, "v6": V6, "v3": V3}
 Make = Callable[[Truth], Block]  # a controller, from what it may know: the nominal numbers
-
-
-def nominal(train: str, station: int) -> Truth:
-    """Return the nominal numbers of a train ("v12", "v6", "v3") at station 0 to 6."""
-    place = STATIONS[station]
-    return replace(TRAINS[train], approach=place.approach, platform=place.platform)
 
 
 def predictive(

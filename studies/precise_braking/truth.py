@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from ...models.metro_motion import GRAVITY_PER_MILLE, KILOMETRES_PER_HOUR
+from ...base.railway import GRAVITY_PER_MILLE, KILOMETRES_PER_HOUR
 
 DAVIS = (2.031, 0.0622, 0.001807)  # N/kN with V in km/h; our choice
 PLATFORM = 120.0  # m before the mark: there the platform's gradient begins
@@ -111,3 +111,4 @@ class Truth:
 V12 = Truth()
 V6 = Truth(changeover_speed=6.0 / KILOMETRES_PER_HOUR, fade_rate=0.60)
 V3 = Truth(changeover_speed=3.0 / KILOMETRES_PER_HOUR, fade_rate=1.20)
+TRAINS = {"v12": V12, "v6": V6, "v3": V3}

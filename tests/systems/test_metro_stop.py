@@ -10,8 +10,8 @@ from railcosim import Block
 from railcosim.base.errors import ParameterError
 from railcosim.controllers import SMARC, BrakeModel, BrakingProfile, StopCommand, TrackedStop
 from railcosim.controllers.odometry import Odometry
-from railcosim.studies.precise_braking.controllers import LAWS, START, TRIMS, controller, maker
-from railcosim.studies.precise_braking.loop import braking_loop
+from railcosim.studies.precise_braking.controllers import LAWS, TRIMS, controller, maker
+from railcosim.studies.precise_braking.loop import START, braking_loop
 from railcosim.studies.precise_braking.stations import STATIONS
 from railcosim.studies.precise_braking.truth import V6, Truth
 from tests.systems.metro_stop_reference import Numbers, Stop, smarc
