@@ -45,7 +45,7 @@ def _accuracy(results: Results) -> "Figure | None":
     found = {key: results.samples[key] for key in CURVES if key in results.samples}
     if not found:
         return None
-    figure, (axis,) = panels("Stopping accuracy at full spread, and what limits it", height=6.0)
+    figure, (axis,) = panels("Stopping accuracy at full spread, and what limits it", height=7.6)
     for key, samples in found.items():
         text, colour, dashes = CURVES[key]
         error = np.abs(samples["stop_error"].to_numpy(dtype=float))
@@ -61,14 +61,14 @@ def _accuracy(results: Results) -> "Figure | None":
     axis.set_xlim(0.3, 1000.0)
     axis.set_ylim(0.01, 110.0)
     label(axis, "|stop error| / cm (dotted: 8, 30, 50 cm)", "stops beyond it / %")
-    legend(axis, where="lower left")
+    figure.legend(loc="outside lower center", ncols=2, fontsize=9)
     return figure
 
 
 def _travel(results: Results) -> "Figure | None":
     """What accuracy costs: command travel and jerk."""
     rows = {
-        f"{name}{'' if experiment == 'spread_full' else ', ' + experiment}": row
+        f"{name}{'' if experiment == 'spread_full' else ', learned'}": row
         for experiment in ("spread_full", "learned_harsh")
         for name, row in results.metrics.get(experiment, {}).items()
     }
@@ -88,8 +88,7 @@ def _travel(results: Results) -> "Figure | None":
         axis.bar_label(bars, [f"{v:.3g}" if v >= 10.0 else f"{v:.2f}" for v in values], fontsize=8)
         axis.set_ylabel(text)
     axes[0].set_yscale("log")
-    labels = [name.replace(", ", ",\n") for name in names]
-    axes[2].set_xticks(places, labels, fontsize=8, rotation=30, ha="right")
+    axes[2].set_xticks(places, names, fontsize=8, rotation=40, ha="right")
     return figure
 
 
