@@ -179,6 +179,6 @@ def _names(model: type[BaseModel], where: tuple[int | str, ...]) -> list[str]:
 
     schema = resolved(whole)
     for key in where:
-        inner = schema.get("items") if isinstance(key, int) else schema["properties"].get(key)
-        schema = resolved(inner or {})
+        named = schema.get("properties", {}).get(key) or schema.get("additionalProperties")
+        schema = resolved((schema.get("items") if isinstance(key, int) else named) or {})
     return list(schema.get("properties", {}))
