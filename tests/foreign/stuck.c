@@ -70,7 +70,7 @@ static void rest(int milliseconds) {
 
 static void log_much(void) {
     static char text[1024];
-    long left = 1L << 20;
+    long left = 1L << 18;
     memset(text, 'm', sizeof text - 1);
     while (left--) callbacks->logger(callbacks->componentEnvironment, "stuck", fmi2OK, "logAll", "%s", text);
 }

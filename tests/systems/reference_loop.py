@@ -5,7 +5,6 @@ The plant is propagated by scipy's matrix exponential between the controller's s
 of gravity is integrated by Simpson's rule over the outline's linear pieces, where it is exact.
 """
 
-import itertools
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
@@ -30,35 +29,42 @@ def centre_of_gravity(heights: np.ndarray, low: float, high: float) -> float:
     count = len(heights)
     peaks, width = np.linspace(low, high, count), (high - low) / (count - 1)
 
-    def outline(y: float) -> float:
-        shapes = np.maximum(0.0, 1.0 - np.abs(y - peaks) / width)
-        return float(np.max(np.minimum(shapes, heights)))
+    def outline(y: np.ndarray) -> np.ndarray:
+        shapes = np.maximum(0.0, 1.0 - np.abs(y[:, np.newaxis] - peaks) / width)
+        return np.max(np.minimum(shapes, heights), axis=1)
 
     # Kinks: peaks, where a flank meets its own or its neighbour's height, where flanks cross.
-    kinks = set(peaks.tolist())
-    for k in range(count - 1):
-        kinks.add(peaks[k] + 0.5 * width)
-        for h in (heights[k], heights[k + 1]):
-            kinks |= {peaks[k] + h * width, peaks[k + 1] - h * width}
-    ordered = sorted(y for y in kinks if low <= y <= high)
-    area = moment = 0.0
-    for a, b in itertools.pairwise(ordered):
-        m = 0.5 * (a + b)
-        fa, fm, fb = outline(a), outline(m), outline(b)
-        area += (b - a) / 6.0 * (fa + 4.0 * fm + fb)
-        moment += (b - a) / 6.0 * (a * fa + 4.0 * m * fm + b * fb)
+    left, right, own, next_one = peaks[:-1], peaks[1:], heights[:-1], heights[1:]
+    meets = [left + own * width, left + next_one * width]
+    meets += [right - own * width, right - next_one * width]
+    kinks = np.sort(np.concatenate([peaks, left + 0.5 * width, *meets]))
+    a, b = kinks[:-1], kinks[1:]
+    m = 0.5 * (a + b)
+    at_kinks, fm = np.split(outline(np.concatenate([kinks, m])), [len(kinks)])
+    fa, fb = at_kinks[:-1], at_kinks[1:]
+    sixth = (b - a) / 6.0
+    area = float(sixth @ (fa + 4.0 * fm + fb))
+    moment = float(sixth @ (a * fa + 4.0 * m * fm + b * fb))
     return moment / area
 
 
 def mamdani(table, ec: float, e: float, universes) -> float:
     (ec_low, ec_high), (e_low, e_high), (low, high) = universes
-    rows, columns = memberships(ec, ec_low, ec_high, 7), memberships(e, e_low, e_high, 7)
-    heights = np.zeros(7)
-    for i in range(7):
-        for j in range(7):
-            k = table[i][j] + 3
+    rows = memberships(ec, ec_low, ec_high, 7)
+    columns = memberships(e, e_low, e_high, 7)
+    return centre_of_gravity(heights_of(table, rows, columns, 7, lowest=-3), low, high)
+
+
+def heights_of(
+    table: list[list[int]], rows: np.ndarray, columns: np.ndarray, count: int, *, lowest: int = 0
+) -> np.ndarray:
+    """Return how far each of `count` output terms is met: max of min over the table's cells."""
+    heights = np.zeros(count)
+    for i in np.nonzero(rows)[0]:
+        for j in np.nonzero(columns)[0]:
+            k = table[i][j] - lowest
             heights[k] = max(heights[k], min(rows[i], columns[j]))
-    return centre_of_gravity(heights, low, high)
+    return heights
 
 
 def limit(u: float) -> float:

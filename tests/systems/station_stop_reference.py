@@ -5,6 +5,7 @@ that speed and place are closed forms; the standstill is found by bisection.
 """
 
 import math
+from functools import cache
 
 import numpy as np
 from scipy.optimize import brentq
@@ -22,6 +23,7 @@ RULES = [[-3,-3,-3,-3,-2,-1,0],[-3,-3,-3,-2,-2,0,0],[-3,-3,-2,-1,0,1,2],[-2,-2,-
          [-2,-1,0,0,1,2,2],[-2,-1,0,1,2,3,3],[0,0,2,2,3,3,3],[0,1,2,3,3,3,3]]  # fmt: skip
 
 
+@cache
 def table(maxima: bool) -> list[list[float]]:
     """Return the 14 by 13 table, each cell by max-min over all rules and levels."""
     e_sets = {7 - s: {13 - k: d for k, d in row.items()} for s, row in E_SETS.items()} | E_SETS

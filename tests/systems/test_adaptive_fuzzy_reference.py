@@ -11,7 +11,14 @@ from railcosim.fmus import build
 from railcosim.models import dc_drive_train, second_order_train_on_line
 from railcosim.studies.adaptive_fuzzy.controllers import LINE_UP, absolute
 from railcosim.studies.adaptive_fuzzy.experiments import REGULATIONS, Regulation
-from tests.systems.reference_loop import T1, Pid, centre_of_gravity, closed_loop, memberships
+from tests.systems.reference_loop import (
+    T1,
+    Pid,
+    centre_of_gravity,
+    closed_loop,
+    heights_of,
+    memberships,
+)
 
 GAMMA = [[4,4,3,2,2,2,3],[4,4,3,2,2,3,3],[4,3,3,1,2,3,4],[4,3,2,0,2,3,4],[4,3,2,2,3,3,4],
          [3,3,2,2,3,4,4],[3,2,2,2,3,4,4]]  # fmt: skip
@@ -19,12 +26,7 @@ GAMMA = [[4,4,3,2,2,2,3],[4,4,3,2,2,3,3],[4,3,3,1,2,3,4],[4,3,2,0,2,3,4],[4,3,2,
 
 def inferred(table: list[list[int]], ec: float, e: float, low: float, high: float, n: int) -> float:
     rows, columns = memberships(ec, -6.0, 6.0, 7), memberships(e, -3.0, 3.0, 7)
-    heights = np.zeros(n)
-    for i in range(7):
-        for j in range(7):
-            k = table[i][j]
-            heights[k] = max(heights[k], min(rows[i], columns[j]))
-    return centre_of_gravity(heights, low, high)
+    return centre_of_gravity(heights_of(table, rows, columns, n), low, high)
 
 
 @dataclass

@@ -12,6 +12,7 @@ import pytest
 
 from railcosim import Run
 from railcosim.cli import main
+from railcosim.studies.adaptive_fuzzy import runaway
 from railcosim.studies.adaptive_fuzzy.claims import judge
 from railcosim.studies.adaptive_fuzzy.experiments import cases
 from railcosim.studies.adaptive_fuzzy.line import GUARANTEED, MARK, OVERLAP
@@ -19,11 +20,15 @@ from railcosim.studies.case import with_overrides
 from railcosim.studies.ensemble import Ensemble
 from railcosim.studies.results import Results
 
+RUNAWAYS = 100  # enough for every verdict; the slow test below runs 10,000
+
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     out = tmp_path_factory.mktemp("study")
-    assert main(["run", "adaptive-fuzzy", "--out", str(out)]) == 0
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(runaway, "RUNS", RUNAWAYS)
+        assert main(["run", "adaptive-fuzzy", "--out", str(out)]) == 0
     return out
 
 
@@ -103,11 +108,11 @@ def limit(place: np.ndarray) -> np.ndarray:
 
 def test_runaways_are_stopped_below_the_curve(folder: Path, metrics: dict) -> None:
     caught, free = metrics["runaway"]["atp"], metrics["runaway"]["no_atp"]
-    assert caught["runs"] == free["runs"] == 1000.0
+    assert caught["runs"] == free["runs"] == RUNAWAYS
     assert caught["violations"] == 0.0
     assert caught["least_margin"] > 0.0
-    assert caught["standing"] == caught["emergencies"] == 1000.0
-    assert free["violations"] == 1000.0
+    assert caught["standing"] == caught["emergencies"] == RUNAWAYS
+    assert free["violations"] == RUNAWAYS
     samples = pq.read_table(folder / "samples" / "runaway-atp.parquet").to_pandas()
     assert (samples["emergencies"] == 1.0).all()  # latched: it comes once, and stays
     run = Run.load(folder / "traces" / "runaway-atp.parquet")

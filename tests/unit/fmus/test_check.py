@@ -1,6 +1,8 @@
 """`check` on FMUs of ours: all that they declare works, and the report says so."""
 
 import re
+from collections.abc import Callable
+from functools import cache
 from pathlib import Path
 
 import pytest
@@ -9,11 +11,17 @@ from railcosim.base.errors import FmuError
 from railcosim.fmus import build
 from railcosim.fmus.check import check
 from railcosim.fmus.check.report import Report, Verdict
-from railcosim.models import second_order_train
+from railcosim.models import Plant, second_order_train
 from railcosim.models.solver import DormandPrince, Rodas, RungeKutta4, SemiImplicitEuler
 from tests import hybrid_plants, plants
 
 BOTH = ("co-simulation", "model exchange")
+
+
+@cache
+def checked(plant: Callable[[], Plant]) -> Report:
+    """Return the report of a plant's FMU, which several tests look at."""
+    return check(build(plant()))
 
 
 def failed(report: Report) -> dict[str, str]:
@@ -35,7 +43,7 @@ def details(report: Report, part: str) -> dict[str, str]:
     ],
 )
 def test_our_fmus_pass(plant) -> None:
-    report = check(build(plant()))
+    report = checked(plant)
     assert report.passed, str(report)
     assert not report.unchecked, str(report)
     assert report.comparisons
@@ -53,7 +61,7 @@ def test_our_fmus_pass(plant) -> None:
     ],
 )
 def test_our_hybrid_fmus_pass(plant) -> None:
-    report = check(build(plant()))
+    report = checked(plant)
     assert report.passed, str(report)
     assert not report.unchecked, str(report)
     assert not report.comparisons  # the equations do not tell what happens at events
@@ -72,7 +80,7 @@ def test_every_solver_keeps_its_state(solver) -> None:
 
 
 def test_states_of_a_hybrid_plant_go_on_in_another_process_at_50_random_times() -> None:
-    report = check(build(hybrid_plants.braking()))
+    report = checked(hybrid_plants.braking)
     assert report.passed, str(report)
     found = details(report, "co-simulation")
     text = (
@@ -86,8 +94,8 @@ def test_states_of_a_hybrid_plant_go_on_in_another_process_at_50_random_times() 
     assert re.match(r"2\d states go on in a second process", found["serialized state"])
 
 
-def test_every_capability_has_a_verdict(train_fmu: Path) -> None:
-    report = check(train_fmu)
+def test_every_capability_has_a_verdict() -> None:
+    report = checked(second_order_train)
     rules = {
         part: {f.rule for f in report.findings if f.part == part and f.passed} for part in BOTH
     }
@@ -106,8 +114,8 @@ def test_every_capability_has_a_verdict(train_fmu: Path) -> None:
 
 
 def test_the_reference_is_what_fits_the_equations() -> None:
-    assert "the matrix exponential" in check(build(second_order_train())).reference
-    assert "DOP853" in check(build(plants.pendulum())).reference
+    assert "the matrix exponential" in checked(second_order_train).reference
+    assert "DOP853" in checked(plants.pendulum).reference
 
 
 def test_a_solver_that_is_too_coarse_is_told() -> None:
@@ -150,8 +158,8 @@ def test_what_cannot_be_read_at_all_is_an_error(tmp_path: Path, train_fmu: Path)
         check(train_fmu, tolerance=0.0)
 
 
-def test_the_report_is_a_table(train_fmu: Path) -> None:
-    lines = str(check(train_fmu)).splitlines()
+def test_the_report_is_a_table() -> None:
+    lines = str(checked(second_order_train)).splitlines()
     assert lines[0].startswith(
         "second_order_train.fmu: FMI 2.0, co-simulation and model exchange, made by railcosim"
     )

@@ -226,7 +226,7 @@ print(report.passed, resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss // 1
 
 
 @linux
-def test_a_gigabyte_of_log_messages(stuck: Path, ask: Ask) -> None:
+def test_256_megabytes_of_log_messages(stuck: Path, ask: Ask) -> None:
     peaks = []
     for how in ("nothing", "logs"):
         ask("fmi2DoStep", how)
