@@ -5,7 +5,7 @@ from dataclasses import dataclass, field, replace
 from typing import Any
 
 from ..base.errors import DiagramError, ParameterError, RailcosimError, listing, suggest
-from ..cosim import Diagram, Run, SimulationError
+from ..cosim import Diagram, Recording, Run, SimulationError
 from .metrics import Metrics
 from .results import Results
 
@@ -17,6 +17,9 @@ class Case:
     What makes the experiment what it is stays so under overrides: the parameters in `own` keep
     their values, and those in `factors` are multiplied after any override ("gain +20 %" of what
     the gain then is). Both are spelled "block.parameter".
+
+    A case is `long` if it takes ten seconds or more: several such are run side by side from the
+    start, others once it shows that they take long.
     """
 
     experiment: str
@@ -24,10 +27,11 @@ class Case:
     diagram: Diagram
     stop: float
     measure: Callable[[Run], Metrics]
-    record: tuple[str, ...] | None = None
+    record: tuple[str, ...] | Recording | None = None
     own: tuple[str, ...] = ()
     factors: Mapping[str, float] = field(default_factory=dict)
     seeds: Mapping[str, int] = field(default_factory=dict)
+    long: bool = False
 
     @property
     def name(self) -> str:
@@ -48,7 +52,8 @@ class Case:
     ) -> None:
         """Run, and put what came out into the results, also when the run ends early.
 
-        `executor` is for cases of many runs, see Campaign.run.
+        `executor` is for cases of many runs, see Campaign.run. This may happen in a worker
+        process, with results of its own that are then taken over.
         """
         try:
             run = self.diagram.run(self.stop, record=self.record, progress=False)
@@ -121,14 +126,16 @@ def _perturbed(case: Case) -> Case:
 
 
 def run_cases(study: str, cases: Sequence[Case], units: Mapping[str, str]) -> Results:
-    """Run every case in turn; a case that fails ends the runs, and the results say so.
+    """Run every case; one that fails ends the runs, and the results say so.
 
-    The cases come from `with_overrides`, which applies their factors. Those of many runs share
-    worker processes, one for each processor, which start when there is enough to do for them.
+    The cases come from `with_overrides`, which applies their factors. Where there is enough to do
+    they are run side by side in worker processes, one for each processor; what comes out is the
+    same as that of one after the other.
     """
     from tqdm import tqdm
 
-    from ..cosim.campaign import Processes, WhenLong
+    from ..cosim.campaign import Processes
+    from .running import run_all
 
     results = Results(study, dict(units))
     total = sum(case.count for case in cases)
@@ -136,14 +143,5 @@ def run_cases(study: str, cases: Sequence[Case], units: Mapping[str, str]) -> Re
         Processes() as pool,
         tqdm(total=total, desc=study, unit=" runs", delay=2.0, disable=None, leave=False) as bar,
     ):
-        for case in cases:
-            bar.set_postfix_str(case.name)
-            try:
-                case.collect(results, bar.update, WhenLong(pool))
-            except RailcosimError as error:
-                results.failure = f"{case.name}: {error}"
-                break
-            except KeyboardInterrupt:
-                results.failure = f"{case.name}: interrupted"
-                break
+        run_all(cases, results, pool, bar)
     return results

@@ -72,6 +72,19 @@ class Results:
         if not failed:
             self.metrics.setdefault(case.experiment, {})[case.controller] = case.summarise(frame)
 
+    def take(self, other: "Results") -> None:
+        """Take in the runs of other results of the study, and all that belongs to them."""
+        for mine, theirs in (
+            (self.metrics, other.metrics),
+            (self.parameters, other.parameters),
+        ):
+            for experiment, rows in theirs.items():
+                mine.setdefault(experiment, {}).update(rows)
+        self.runs |= other.runs
+        self.samples |= other.samples
+        self.seeds |= other.seeds
+        self.fmus |= other.fmus
+
     def get(self, experiment: str, controller: str, metric: str) -> float | None:
         """Return a metric; None where it was not measured or has no value."""
         return self.metrics.get(experiment, {}).get(controller, {}).get(metric)
