@@ -7,11 +7,12 @@ import os
 import shlex
 import sys
 import textwrap
+from collections import Counter
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NoReturn
 
-from .base.errors import RailcosimError
+from .base.errors import ParameterError, RailcosimError
 from .studies.identification.command import add_options as add_identify_options
 
 if TYPE_CHECKING:
@@ -109,10 +110,13 @@ def _parser() -> argparse.ArgumentParser:
     command("models", _models, "list the plants with their variables")
     export = command("export", _export, "write a plant as an FMU for other tools")
     export.add_argument("model", metavar="MODEL", help="a plant's name, or FILE.py:FUNCTION")
-    export.add_argument("--out", metavar="F.fmu", help="file (default: MODEL.fmu)")
-    export.add_argument(
-        "--platform", metavar="LIST", help="linux64,win64,darwin64 (default: this machine's)"
-    )
+    for option, metavar, kind, text in (
+        ("--out", "F.fmu", str, "file (default: MODEL.fmu)"),
+        ("--platform", "LIST", str, "linux64,win64,darwin64 (default: this machine's)"),
+        ("--consist", "F", str, "vehicles and couplers of heavy_haul_train"),
+        ("--gradients", "N", int, "stretches of the line that heavy_haul_train has room for"),
+    ):
+        export.add_argument(option, metavar=metavar, type=kind, help=text)
 
     info = command("info", _info, "show what an FMU says of itself")
     info.add_argument("fmu", metavar="FMU")
@@ -294,20 +298,45 @@ def _models(options: Any) -> None:
     for name, text in catalogue().items():
         print(f"{name}: {text}")
         for v in plant_named(name).variables():
-            start = "" if v.start is None else " = " + ", ".join(f"{s:g}" for s in v.start)
+            start = "" if v.start is None else f" = {_numbers(v.start)}"
             size = "" if v.size is None else f"[{v.size}]"
             print(f"  {v.kind:9} {v.name}{size}{start} [{v.unit}]  {v.description}")
 
 
+def _numbers(values: Sequence[float]) -> str:
+    """Return a vector's numbers; of a long one each different one, with how often it is there."""
+    if len(values) <= 16:
+        return ", ".join(f"{value:g}" for value in values)
+    counts = Counter(values)
+    if len(counts) > 6:
+        return f"{values[0]:g}, …, {values[-1]:g}"
+    return ", ".join(f"{count} × {value:g}" for value, count in counts.items())
+
+
 def _export(options: Any) -> None:
     from .fmus import export
-    from .models.catalogue import plant_named
 
-    plant = plant_named(options.model)
+    plant = _plant(options)
     path = Path(options.out or f"{plant.name}.fmu")
     platforms = options.platform.split(",") if options.platform else None
     export(plant, path, platforms=platforms)
     print(f"{path}: {path.stat().st_size} bytes")
+
+
+def _plant(options: Any) -> Any:
+    from .models.catalogue import plant_named
+
+    if options.consist is None and options.gradients is None:
+        return plant_named(options.model)
+    if options.model.replace("-", "_") != "heavy_haul_train":
+        raise ParameterError(
+            f"--consist and --gradients are for heavy_haul_train, not for '{options.model}'"
+        )
+    from .models.consist import read_consist
+    from .models.heavy_haul import heavy_haul_train
+
+    consist = None if options.consist is None else read_consist(options.consist)
+    return heavy_haul_train(consist, gradients=options.gradients or 1)
 
 
 def _info(options: Any) -> None:

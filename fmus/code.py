@@ -54,13 +54,14 @@ def plant_h(functions: Functions) -> str:
     lines += [
         "enum { SET_ANY_TIME, SET_AT_EVENTS, SET_BEFORE_RUN, COMPUTED };",
         "enum { RISING, FALLING, BOTH };",
+        "typedef struct { int at, first, count; } Run; /* values, results */",
         _array("const double nominal[SIZE_X]", [_nominal(s) for s in layout.states]),
         *_values(layout),
         *_events(functions),
     ]
     if layout.plant.updates:
         places = [s.reference for n in layout.plant.updates for s in layout.scalars_of(n)]
-        lines.append(_array("const int update_at[N_UPDATES]", places))
+        lines.append(_runs("updates", places))
     if isinstance(layout.solver, SemiImplicitEuler):
         lines += _halves(layout, layout.solver)
     return "\n".join(lines) + "\n"
@@ -85,6 +86,8 @@ def _counts(functions: Functions) -> list[str]:
         "N_Z": n_z, "N_E": n_e, "SIZE_E": max(n_e, 1), "N_GROUPS": len(plant.events),
         "SIZE_CHANGES": max(1, updates, *changes),
         "ADAPTIVE": int(method.adaptive), "STAGES": method.stages,
+        "HAS_MODEL_EXCHANGE": int(not plant.frictions),
+        "SIZE_XS": max(n_x + sum(f.shape[0] for f in plant.frictions.values()), 1),
         "SIZE_MATRIX": dense * dense, "SIZE_PIVOT": dense,
         "SIZE_IW": functions.evaluation.integers, "SIZE_W": functions.evaluation.work,
     }  # fmt: skip
@@ -188,11 +191,21 @@ def _targets(layout: Layout, event: Event) -> list[tuple[int, int]]:
 def _halves(layout: Layout, solver: SemiImplicitEuler) -> list[str]:
     positions = [s.reference for s in layout.states if s.variable.name in solver.positions]
     others = [s.reference for s in layout.states if s.variable.name not in solver.positions]
+    held = [s.reference for s in layout.states if s.variable.name in layout.plant.frictions]
     return [
         f"#define N_OTHERS {len(others)}",
-        _array(f"const int others_at[{max(len(others), 1)}]", others),
-        _array(f"const int positions_at[{max(len(positions), 1)}]", positions),
+        _runs("frictions", held),
+        _runs("others", others),
+        _runs("positions", positions),
     ]
+
+
+def _runs(name: str, places: Sequence[int]) -> str:
+    """Return a table of where a function's results belong, in runs of neighbours."""
+    starts = [i for i, at in enumerate(places) if i == 0 or at != places[i - 1] + 1]
+    ends = [*starts[1:], len(places)]
+    runs = [f"{{{places[i]}, {i}, {end - i}}}" for i, end in zip(starts, ends, strict=False)]
+    return _array(f"const Run {name}[{max(len(runs), 1)}]", runs or ["{0, 0, 0}"])
 
 
 def _array(head: str, items: Sequence[object]) -> str:

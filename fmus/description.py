@@ -1,7 +1,9 @@
 """modelDescription.xml of a plant's FMU."""
 
+import re
 from collections.abc import Iterable
 from xml.etree import ElementTree as ET
+from xml.sax.saxutils import escape
 
 from ..base import units
 from ..models.plant import Plant
@@ -22,6 +24,8 @@ _SETTINGS = {
     "relative_tolerance": ("tolerated error of a step, relative to the state", "1", "1e-15"),
     "absolute_tolerance": ("tolerated error of a step, in nominal values", "1", "1e-15"),
 }
+_ALSO_ESCAPED = {'"': "&quot;", "\r": "&#13;", "\n": "&#10;", "\t": "&#09;"}
+_SPECIAL = re.compile(r'[&<>"\r\n\t]')
 
 
 def model_description(functions: Functions, tool: str) -> str:
@@ -51,12 +55,31 @@ def model_description(functions: Functions, tool: str) -> str:
     )
     index = _variables(root, layout)
     _structure(root, functions, index)
-    ET.indent(root)
-    return '<?xml version="1.0" encoding="UTF-8"?>\n' + ET.tostring(root, encoding="unicode") + "\n"
+    lines = ['<?xml version="1.0" encoding="UTF-8"?>']
+    _write(root, "", lines)
+    return "\n".join(lines) + "\n"
+
+
+def _write(element: ET.Element, indent: str, lines: list[str]) -> None:
+    """Add the lines of an element with attributes and elements in it, but no text.
+
+    They are those of ET.indent and ET.tostring, which take long for many thousand variables.
+    """
+    values = element.attrib
+    if _SPECIAL.search("".join(values.values())):
+        values = {key: escape(value, _ALSO_ESCAPED) for key, value in values.items()}
+    start = "".join([f"{indent}<{element.tag}", *[f' {k}="{v}"' for k, v in values.items()]])
+    if not len(element):
+        lines.append(f"{start} />")
+        return
+    lines.append(f"{start}>")
+    for inner in element:
+        _write(inner, f"{indent}  ", lines)
+    lines.append(f"{indent}</{element.tag}>")
 
 
 def _interfaces(root: ET.Element, plant: Plant) -> None:
-    """Write <ModelExchange> and <CoSimulation>, with what both can do."""
+    """Write <ModelExchange>, where the plant has it, and <CoSimulation>, with what both can do."""
     both = {
         "modelIdentifier": plant.name,
         "canNotUseMemoryManagementFunctions": "true",
@@ -65,7 +88,9 @@ def _interfaces(root: ET.Element, plant: Plant) -> None:
         "providesDirectionalDerivative": "true",
     }
     steps = "false" if plant.events or plant.updates else "true"
-    exchange = ET.SubElement(root, "ModelExchange", both, completedIntegratorStepNotNeeded=steps)
+    if not plant.frictions:
+        only = {"completedIntegratorStepNotNeeded": steps}
+        _sources(ET.SubElement(root, "ModelExchange", both | only))
     co_simulation = ET.SubElement(
         root,
         "CoSimulation",
@@ -75,8 +100,11 @@ def _interfaces(root: ET.Element, plant: Plant) -> None:
         # Memories that jump after each step leave outputs without a derivative to speak of.
         maxOutputDerivativeOrder="0" if plant.updates else "1",
     )
-    for element in (exchange, co_simulation):
-        ET.SubElement(ET.SubElement(element, "SourceFiles"), "File", name="fmu.c")
+    _sources(co_simulation)
+
+
+def _sources(interface: ET.Element) -> None:
+    ET.SubElement(ET.SubElement(interface, "SourceFiles"), "File", name="fmu.c")
 
 
 def derivative_unit(unit: str) -> str:

@@ -29,9 +29,10 @@ _START = """
 typedef void (*Evaluated)({0});
 typedef void (*Derivative)({1});
 
-/* fmin and fmax, which compilers call instead of writing them out. */
-static double smaller(double a, double b) {{ return a < b || b != b ? a : b; }}
-static double larger(double a, double b) {{ return a > b || b != b ? a : b; }}
+/* fmin and fmax, which compilers call instead of writing them out. Unlike those they are no number
+ * where b is none; to test for it would cost a third of a step of many vehicles. */
+static double smaller(double a, double b) {{ return a < b ? a : b; }}
+static double larger(double a, double b) {{ return a > b ? a : b; }}
 """
 
 

@@ -107,16 +107,13 @@ class Functions:
     def _of_solver(self) -> list[ca.Function]:
         solver, plant = self.layout.solver, self.plant
         if isinstance(solver, SemiImplicitEuler):
+            names = [v.name for v in plant.variables("state")]
+            others = [plant.drives[name] for name in names if name not in solver.positions]
+            positions = [plant.drives[name] for name in names if name in solver.positions]
+            limits = [plant.frictions[name] for name in names if name in plant.frictions]
             return [
-                self._function(
-                    name,
-                    [
-                        plant.derivatives[v.name]
-                        for v in plant.variables("state")
-                        if (v.name in solver.positions) == are_positions
-                    ],
-                )
-                for name, are_positions in (("plant_others", False), ("plant_positions", True))
+                self._function("plant_others", others + limits),
+                self._function("plant_positions", positions),
             ]
         if isinstance(solver, Rodas):
             return [self._jacobian()]

@@ -14,7 +14,7 @@ _OF_ONE = (
 )  # fmt: skip
 _OF_TWO = ("pow", "fmod", "copysign", "atan2", "hypot", "remainder")
 # How CasADi's C spells each operation, but for `smaller` and `larger`: see `evaluation`.
-_OPERATIONS: dict[int, str] = {
+OPERATIONS: dict[int, str] = {
     ca.OP_ASSIGN: "{0}", ca.OP_LIFT: "{0}", ca.OP_NEG: "-{0}", ca.OP_NOT: "!{0}",
     ca.OP_INV: "1.0 / {0}", ca.OP_SQ: "{0} * {0}", ca.OP_TWICE: "2.0 * {0}",
     ca.OP_SIGN: "{0} < 0.0 ? -1.0 : {0} > 0.0 ? 1.0 : {0}",
@@ -44,9 +44,17 @@ def loops_of(function: ca.Function, names: Sequence[str], arguments: Sequence[Co
 
     Raise UnsupportedError for what has no such form.
     """
-    tracer = _Tracer(Loops(names))
-    tracer.loops.finish(tracer.call(function, arguments)[0])
-    return tracer.loops
+    loops = Loops(names)
+    loops.finish(trace(loops, function, arguments)[0])
+    return loops
+
+
+def trace(loops: Loops, function: ca.Function, arguments: Sequence[Codes]) -> list[Codes]:
+    """Add the lines of a function; return its results as codes.
+
+    Raise UnsupportedError for what has no such form.
+    """
+    return _Tracer(loops).call(function, arguments)
 
 
 class _Tracer:
@@ -116,9 +124,9 @@ class _Tracer:
         return results
 
     def _operation(self, operation: int, operands: Sequence[Codes], count: int) -> Codes:
-        if operation not in _OPERATIONS:
+        if operation not in OPERATIONS:
             raise UnsupportedError
-        return self.loops.add(_OPERATIONS[operation], operands, count)
+        return self.loops.add(OPERATIONS[operation], operands, count)
 
     def _matrix_function(self, function: ca.Function, arguments: Sequence[Codes]) -> list[Codes]:
         """Return the results of an MX function, each as the codes of its nonzeros."""
@@ -152,7 +160,7 @@ class _Tracer:
         return [self._value(operation, node, operands)]
 
     def _value(self, operation: int, node: ca.MX, operands: list[Codes]) -> Codes:
-        if operation in _OPERATIONS:
+        if operation in OPERATIONS:
             return self._operation(operation, operands, node.nnz())
         if operation in _SUMS:
             text, start = _SUMS[operation]

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 Codes = NDArray[np.int64]
-_SHIFT = 32  # code = place · 2³² + index; place 0 holds constants
+SHIFT = 32  # code = place · 2³² + index; place 0 holds constants
 _LONGEST = 2_000  # lines; what is longer is mostly scalar, where CasADi's own C is as good
 
 
@@ -51,8 +51,8 @@ class Line:
 
     def delays(self, column: Codes) -> Codes:
         """Return how many turns before its own a column takes each of this line's elements."""
-        turns = np.flatnonzero(column >> _SHIFT == self.place)
-        return turns - (column[turns] - (self.place << _SHIFT))
+        turns = np.flatnonzero(column >> SHIFT == self.place)
+        return turns - (column[turns] - (self.place << SHIFT))
 
 
 @dataclass
@@ -162,14 +162,14 @@ class Loops:
 
 def codes(place: int, length: int) -> Codes:
     """Return the codes of all elements at a place."""
-    return (place << _SHIFT) + np.arange(length, dtype=np.int64)
+    return (place << SHIFT) + np.arange(length, dtype=np.int64)
 
 
 def places(column: Codes) -> list[int]:
     """Return the places that a column of codes refers to."""
     if len(column) == 1:
-        return [int(column[0]) >> _SHIFT]
-    found = column >> _SHIFT
+        return [int(column[0]) >> SHIFT]
+    found = column >> SHIFT
     if len(found) and (found == found[0]).all():
         return [int(found[0])]
     return [int(place) for place in np.unique(found)]
@@ -177,7 +177,7 @@ def places(column: Codes) -> list[int]:
 
 def split(code: int) -> tuple[int, int]:
     """Return a code's place and index."""
-    return int(code) >> _SHIFT, int(code) & ((1 << _SHIFT) - 1)
+    return int(code) >> SHIFT, int(code) & ((1 << SHIFT) - 1)
 
 
 def _is_like(count: int, other: int) -> bool:

@@ -11,6 +11,7 @@ from .catalogue import PLANTS, catalogue
 
 if TYPE_CHECKING:
     from .dc_drive import dc_drive_train
+    from .heavy_haul import heavy_haul_train
     from .metro_coarse import coarse_metro_train
     from .metro_precise import metro_train
     from .plant import Plant
@@ -28,6 +29,7 @@ __all__ = [
     "catalogue",
     "coarse_metro_train",
     "dc_drive_train",
+    "heavy_haul_train",
     "metro_train",
     "second_order_train",
     "second_order_train_on_line",

@@ -39,6 +39,10 @@ PLANTS = {
         "metro_coarse",
         "the same train whose braking is one first-order lag",
     ),
+    "heavy_haul_train": (
+        "heavy_haul",
+        "2 locomotives and 100 coal wagons: draft gears with hysteresis, air brake wave",
+    ),
 }
 
 

@@ -21,6 +21,8 @@ class Declarations:
         self._variables: dict[str, Variable] = {}
         self._by_symbol: dict[int, Variable] = {}
         self._derivatives: dict[str, ca.MX] = {}
+        self._frictions: dict[str, ca.MX] = {}
+        self._rates: dict[str, ca.MX] = {}
         self._outputs: dict[str, ca.MX] = {}
         self._dependents: dict[str, ca.MX] = {}
         self._updates: dict[str, ca.MX] = {}
@@ -35,9 +37,21 @@ class Declarations:
 
     @property
     def derivatives(self) -> Mapping[str, ca.MX]:
-        """The right-hand side of each state, by its name."""
+        """The right-hand side of each state, by its name; dry friction is in it."""
+        self.require_complete()
+        return self._rates
+
+    @property
+    def drives(self) -> Mapping[str, ca.MX]:
+        """The right-hand side of each state without its dry friction, by its name."""
         self.require_complete()
         return self._derivatives
+
+    @property
+    def frictions(self) -> Mapping[str, ca.MX]:
+        """What dry friction can bear, by the name of its state, in the state's unit per second."""
+        self.require_complete()
+        return self._frictions
 
     @property
     def outputs(self) -> Mapping[str, ca.MX]:
@@ -163,3 +177,11 @@ class Declarations:
                 f"{plural}: {listing(v.name for v in self.variables(kind))}"
             )
         return variable
+
+
+def with_friction(state: ca.MX, drive: ca.MX, limit: ca.MX | None) -> ca.MX:
+    """Return a rate with dry friction: against the motion, or holding as far as it is needed."""
+    if limit is None:
+        return drive
+    holding = ca.fmin(ca.fmax(drive, -limit), limit)
+    return drive - ca.if_else(state == 0.0, holding, ca.sign(state) * limit)

@@ -8,6 +8,8 @@ from typing import Any, Self
 import casadi as ca
 
 from ..base.errors import DeclarationError, listing
+from .declarations import with_friction
+from .event import sized
 from .event_declarations import EventDeclarations
 from .expressions import exact_expressions
 from .solver import RungeKutta4, SemiImplicitEuler, Solver
@@ -212,7 +214,7 @@ class Plant(EventDeclarations):
     ) -> None:
         """Declare an output computed from time, inputs, parameters and states."""
         value = self._expression(expression, f"output '{name}'")
-        size = None if value.is_scalar() else value.shape[0]
+        size = None if value.is_scalar() and "[]" not in name else value.shape[0]
         bounds = (None, minimum, maximum, nominal)
         self._declare(name, "output", unit, bounds, size, "continuous", description)
         self._outputs[name] = value
@@ -235,6 +237,24 @@ class Plant(EventDeclarations):
             )
         self._derivatives[variable.name] = value
 
+    def friction(self, state: Any, limit: Any) -> None:
+        """Let dry friction act on a state, at most `limit`, in the state's unit per second.
+
+        It opposes the state's motion, and holds it at exactly zero for as long as what drives it
+        (its `der`) does not exceed the limit. No events are needed, so that thousands of states
+        may have it; but only SemiImplicitEuler carries it (Moreau's time-stepping scheme, which
+        takes friction implicitly), and such a plant has no Model Exchange. A limit below zero
+        counts as zero.
+        """
+        self._open("friction")
+        variable = self._required(state, "state", "friction()")
+        if variable.name in self._frictions:
+            raise DeclarationError(f"plant '{self.name}': friction({variable.name}) is given twice")
+        what = f"friction({variable.name})"
+        value = ca.fmax(self._expression(limit, what), 0.0)
+        where = f"plant '{self.name}', {what}"
+        self._frictions[variable.name] = sized(value, variable.length, where)
+
     # Finishing
 
     def _finish(self) -> None:
@@ -249,6 +269,10 @@ class Plant(EventDeclarations):
                 f"plant '{self.name}' has no output; use state(…, output=True) or output(…)"
             )
         self.check_solver(self.solver)
+        self._rates = {
+            name: with_friction(self._variables[name].symbol, drive, self._frictions.get(name))
+            for name, drive in self._derivatives.items()
+        }
         self._complete = True
 
     def check_solver(self, solver: Solver) -> None:
@@ -259,7 +283,18 @@ class Plant(EventDeclarations):
                 f"DormandPrince(…) or Rodas(…) of railcosim.models, not {solver!r}"
             )
         if not isinstance(solver, SemiImplicitEuler):
+            if self._frictions:
+                raise DeclarationError(
+                    f"plant '{self.name}': dry friction({next(iter(self._frictions))}) needs the "
+                    "solver SemiImplicitEuler(…); with others declare events, see models/rolling.py"
+                )
             return
+        held = [name for name in self._frictions if name in solver.positions]
+        if held:
+            raise DeclarationError(
+                f"plant '{self.name}': '{held[0]}' has dry friction, so it is no position of "
+                "SemiImplicitEuler"
+            )
         states = [v.name for v in self.variables("state")]
         unknown = [name for name in solver.positions if name not in states]
         if unknown or not solver.positions:

@@ -55,7 +55,7 @@ typedef struct {
     double u[SIZE_U]; /* inputs at the time of an evaluation, when they are interpolated */
     double seed[N_VALUES];
     double k[STAGES][SIZE_X]; /* slopes; the first one is kept from step to step */
-    double xs[SIZE_X], x1[SIZE_X], f1[SIZE_X];
+    double xs[SIZE_XS], x1[SIZE_X], f1[SIZE_X];
     double matrix[SIZE_MATRIX];
     int pivot[SIZE_PIVOT];
     int slope_known; /* k[0] belongs to the current time and states */

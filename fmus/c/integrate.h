@@ -3,12 +3,15 @@
 /* Memories that are updated after each inner step. */
 static int update_memories(Instance *m) {
 #if N_UPDATES
-    int i;
+    const Run *r;
+    int bad;
     evaluate(m, plant_update, m->now.time, m->now.value, m->changed);
-    for (i = 0; i < N_UPDATES; i++) {
-        if (!isfinite(m->changed[i]))
-            FAIL("the update of %s is not finite at t = %.17g", variable_name[update_at[i]], m->now.time);
-        m->now.value[update_at[i]] = m->changed[i];
+    bad = not_finite(m->changed, 0, N_UPDATES);
+    EACH_RUN(r, updates) {
+        if (bad >= r->first && bad < r->first + r->count)
+            FAIL("the update of %s is not finite at t = %.17g", variable_name[r->at + bad - r->first],
+                 m->now.time);
+        memcpy(m->now.value + r->at, m->changed + r->first, (size_t)r->count * sizeof(double));
     }
     jumped(m);
 #else

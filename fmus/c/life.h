@@ -53,6 +53,10 @@ fmi2Component fmi2Instantiate(fmi2String name, fmi2Type type, fmi2String guid, f
                "fmi2Instantiate: the GUID is not this binary's, which is " MODEL_GUID);
     } else if (type != fmi2CoSimulation && type != fmi2ModelExchange) {
         report(m, fmi2Error, LOG_ERROR, "fmi2Instantiate: unknown FMU type %d", (int)type);
+    } else if (type == fmi2ModelExchange && !HAS_MODEL_EXCHANGE) {
+        report(m, fmi2Error, LOG_ERROR,
+               "fmi2Instantiate: this model has dry friction, which only its own solver takes: "
+               "instantiate it for Co-Simulation");
     } else {
         to_start(m, type);
         return m;

@@ -184,10 +184,12 @@ def _reference(
     elif equations is None:
         report.skip("reference", "none given (--reference), and the FMU carries no equations")
     elif subject.is_hybrid:
-        rules = "'equations' and 'against co-simulation' stand for it"
-        report.nothing(
-            "reference", f"the equations do not tell what events and updates do; {rules}"
+        exchange = MODEL_EXCHANGE in subject.interfaces
+        rules = (
+            "'equations' and 'against co-simulation' stand" if exchange else "'equations' stands"
         )
+        what = "events and updates do" if exchange else "events, updates and dry friction do"
+        report.nothing("reference", f"the equations do not tell what {what}; {rules} for it")
     else:
         _against_equations(subject, task, equations, found, report)
 

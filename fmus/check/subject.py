@@ -105,9 +105,12 @@ class Subject:
 
     @cached_property
     def is_hybrid(self) -> bool:
-        """Whether anything in it may jump or be updated from step to step."""
+        """Whether anything in it may jump, be updated from step to step, or stick by dry friction.
+
+        Of railcosim's FMUs those with dry friction alone have no Model Exchange.
+        """
         exchange = self.description.modelExchange
-        steps = self.is_ours and exchange is not None and exchange.needsCompletedIntegratorStep
+        steps = self.is_ours and (exchange is None or exchange.needsCompletedIntegratorStep)
         return bool(self.discrete or self.description.numberOfEventIndicators or steps)
 
     def size(self, name: str, value: float = 0.0) -> float:

@@ -1,6 +1,6 @@
 """A column of expressions, as few as say what all elements are: "for i = 2, …, n − 1"."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 
 import casadi as ca
@@ -10,6 +10,14 @@ from .template import FARTHEST, Leaf, Template
 
 _ALL = 6  # up to this size every element may have its own row
 _MOST = 4  # rows shown of a larger column
+
+
+@dataclass(frozen=True)
+class Progression:
+    """A number that is the element's own: `start` + `step` · i for element i (from 0), whole."""
+
+    start: float
+    step: float
 
 
 @dataclass(frozen=True)
@@ -24,7 +32,7 @@ class Row:
     expression: ca.SX
     base: int = 0
     moving: frozenset[Leaf] = frozenset()
-    shared: Mapping[str, ca.SX] = field(default_factory=dict)
+    shared: Mapping[str, ca.SX | Progression] = field(default_factory=dict)
 
 
 def rows(column: ca.SX, inputs: Sequence[ca.SX]) -> tuple[list[Row], int]:
@@ -32,14 +40,22 @@ def rows(column: ca.SX, inputs: Sequence[ca.SX]) -> tuple[list[Row], int]:
 
     A row for several elements holds for each of them exactly: CasADi compares the expressions.
     """
-    rest = dict.fromkeys(range(column.numel()))
+    return picked(column.numel(), lambda base, rest: _row(column, inputs, base, rest))
+
+
+def picked(size: int, row_of: Callable[[int, dict[int, None]], Row]) -> tuple[list[Row], int]:
+    """Return rows for a column's elements, and how many of these are in none.
+
+    `row_of` gives the row of one element and of those of the rest that are like it.
+    """
+    rest = dict.fromkeys(range(size))
     found: list[Row] = []
     picks = 0
-    most = _ALL if column.numel() <= _ALL else _MOST
+    most = _ALL if size <= _ALL else _MOST
     while rest and len(found) < most:
         left = list(rest)
         base = left[(len(left) // 2, 0, -1)[picks % 3]]
-        row = _row(column, inputs, base, rest)
+        row = row_of(base, rest)
         picks += 1
         if picks == 1 and len(row.indices) == 1 < len(left):
             continue  # the middle one is like no other: begin with the first

@@ -7,12 +7,15 @@ import casadi as ca
 
 from ...models.expressions import exact_expressions
 from ...models.plant import Plant
+from ..loops import Codes
 from .algebra import Algebra
+from .columns import Columns
 from .definitions import Definition, abbreviated
-from .elements import Row, rows
-from .lowering import Lowering
+from .elements import Progression, Row, rows
+from .lowering import Lowering, progression
 from .naming import free_letter, free_letters
 from .nodes import Node, Symbol, UnprintableError
+from .patterns import rows_of
 from .template import Leaf, arguments
 
 _LONGEST_TEXT = 2000  # characters of CasADi's own words
@@ -56,15 +59,31 @@ class Expressions:
         self.time = self.algebra.symbol(Symbol("time" if clash else "t"))
         self._inputs = [plant.time, *(v.symbol for v in self._variables)]
         self._symbols = arguments([1, *(v.length for v in self._variables)])
-        self._lowering = Lowering(self.algebra, self._symbols, series)
+        self._columns = Columns(self._symbols)
+        self._lowering = Lowering(
+            self.algebra, self._symbols, series, columns=self._columns, fixed=self._fixed
+        )
         whole = list(_expressions(plant))
         with exact_expressions():
-            columns = self._in_scalars(whole)
+            columns = self._in_columns(whole)
+            rest = [e for e, c in zip(whole, columns, strict=True) if c is None]
+            scalars = self._in_scalars(rest)
         # By the expression's identity, which the plant keeps alive.
-        self._columns = {e.__hash__(): c for e, c in zip(whole, columns, strict=True)}
+        self._codes = {e.__hash__(): c for e, c in zip(whole, columns, strict=True)}
+        self._scalars = {e.__hash__(): c for e, c in zip(rest, scalars, strict=True)}
+
+    def _in_columns(self, expressions: Sequence[ca.MX]) -> list[Codes | None]:
+        """Return the expressions as columns of codes, None for each that has no such form."""
+        dense = [ca.densify(e) for e in expressions]
+        found = self._columns.traced(ca.Function("all", self._inputs, dense))
+        if found is None and len(expressions) > 1:
+            return [self._in_columns([e])[0] for e in expressions]
+        return [None] if found is None else [*found]
 
     def _in_scalars(self, expressions: Sequence[ca.MX]) -> list[ca.SX | None]:
         """Return the expressions in scalar operations, None for each that has more."""
+        if not expressions:
+            return []
         try:
             return list(ca.Function("all", self._inputs, list(expressions)).call(self._symbols))
         except RuntimeError:
@@ -77,11 +96,27 @@ class Expressions:
 
         `meaning` makes of its tree what is shown, a condition for example; a number by default.
         """
-        column = self._columns[expression.__hash__()]
-        if column is None:
-            return self._in_words(expression)
+        meaning = meaning or self.algebra.arithmetic
         with exact_expressions():
-            return self._in_trees(expression, column, meaning or self.algebra.arithmetic)
+            try:
+                found, omitted = self._rows(expression)
+            except UnprintableError:
+                return self._in_words(expression)
+            lines = tuple(self._line(row, meaning) for row in found)
+        if any(line.tree is None for line in lines):
+            return self._in_words(expression)
+        return Shown(expression.numel(), lines, omitted)
+
+    def _rows(self, expression: ca.MX) -> tuple[list[Row], int]:
+        """Return the rows of an expression; raise UnprintableError if it has none."""
+        identity = expression.__hash__()
+        codes = self._codes[identity]
+        if codes is not None:
+            return rows_of(self._columns, codes)
+        column = self._scalars[identity]
+        if column is None:
+            raise UnprintableError
+        return rows(ca.densify(column), self._symbols)
 
     def _in_words(self, expression: ca.MX) -> Shown:
         text = str(expression)
@@ -90,20 +125,13 @@ class Expressions:
         size = expression.numel()
         return Shown(size, (Line(tuple(range(size)), text=text),))
 
-    def _in_trees(self, expression: ca.MX, column: ca.SX, meaning: Callable[[Node], Node]) -> Shown:
-        found, omitted = rows(ca.densify(column), self._symbols)
-        lines = tuple(self._line(row, meaning) for row in found)
-        if any(line.tree is None for line in lines):
-            return self._in_words(expression)
-        return Shown(column.numel(), lines, omitted)
-
     def _line(self, row: Row, meaning: Callable[[Node], Node]) -> Line:
-        def fixed(name: str) -> Node:
-            return self._symbol(Leaf.named(name), None)
-
         def leaf(name: str) -> Node:
-            if name in row.shared:
-                return self._lowering.lower(row.shared[name], fixed)
+            shared = row.shared.get(name)
+            if isinstance(shared, Progression):
+                return progression(self.algebra, shared, self.letter)
+            if shared is not None:
+                return self._lowering.lower(shared, self._fixed)
             return self._symbol(Leaf.named(name), row)
 
         letter = self.letter if len(row.indices) > 1 else ""
@@ -113,6 +141,9 @@ class Expressions:
         except UnprintableError:
             return Line(row.indices)
         return Line(row.indices, tree, tuple(definitions), letter=letter)
+
+    def _fixed(self, name: str) -> Node:
+        return self._symbol(Leaf.named(name), None)
 
     def _symbol(self, leaf: Leaf, row: Row | None) -> Node:
         """Return what is shown for a leaf, in a row whose leaves may move."""

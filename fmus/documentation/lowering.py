@@ -5,12 +5,23 @@ from collections.abc import Callable, Sequence
 import casadi as ca
 
 from .algebra import Algebra
-from .elements import Row
+from .columns import Columns, Total, total_place
+from .elements import Progression, Row
 from .nodes import Node, Running, Symbol, UnprintableError
-from .operations import Family, Folded, Operation, folded_chain, operations
+from .operations import (
+    FAMILIES,
+    Family,
+    Folded,
+    Operation,
+    folded_chain,
+    is_regular,
+    operations,
+)
+from .patterns import rows_of
 from .series import SHORTEST, series
 
 Leaves = Callable[[str], Node]  # what is shown for a symbol, by its name
+_LONG_TOTAL = 8  # terms from which on a total's are compared before they are followed
 _NAMES = {
     ca.OP_SQRT: "sqrt", ca.OP_FABS: "abs", ca.OP_FLOOR: "floor", ca.OP_CEIL: "ceil",
     ca.OP_SIN: "sin", ca.OP_COS: "cos", ca.OP_TAN: "tan",
@@ -27,11 +38,20 @@ class Lowering:
     """Makes trees of expressions in `arguments` (see `elements`); letters are for series."""
 
     def __init__(
-        self, algebra: Algebra, arguments: Sequence[ca.SX], letters: Sequence[str]
+        self,
+        algebra: Algebra,
+        arguments: Sequence[ca.SX],
+        letters: Sequence[str],
+        *,
+        columns: Columns,
+        fixed: Leaves,
     ) -> None:
         self._algebra = algebra
         self._arguments = arguments
         self._letters = letters
+        self._columns = columns
+        self._fixed = fixed  # what is shown for an argument's element
+        self._totals: dict[tuple[int, int], Node] = {}  # by place and depth
 
     def lower(self, expression: ca.SX, leaves: Leaves, depth: int = 0) -> Node:
         """Return an expression as a tree; `depth` counts the series around it.
@@ -48,9 +68,10 @@ class Lowering:
         for place, operation in enumerate(found):
             self._algebra.letter = self._letters[depth] if depth < len(self._letters) else ""
             if operation.folded:
-                nodes.append(self._folded(operation, operation.folded, leaves, depth))
+                assert operation.family is not None
+                nodes.append(self._folded(operation.family, operation.folded, leaves, depth))
             elif operation.code == ca.OP_PARAMETER:
-                nodes.append(leaves(operation.expression.name()))
+                nodes.append(self._leaf(operation.expression.name(), leaves, depth))
             elif _is_absorbed(found, operation):
                 nodes.append(None)
             elif operation.family:
@@ -60,6 +81,26 @@ class Lowering:
         result = nodes[-1]
         assert result is not None  # nothing uses it, so it is not absorbed
         return result
+
+    def _leaf(self, name: str, leaves: Leaves, depth: int) -> Node:
+        place = total_place(name)
+        if place is None:
+            return leaves(name)
+        if (place, depth) not in self._totals:
+            total = self._columns.total(place)
+            assert total is not None
+            self._totals[place, depth] = self._total(total, depth)
+        return self._totals[place, depth]
+
+    def _total(self, total: Total, depth: int) -> Node:
+        """Return the node of a total: series if it is long and regular, else all its terms."""
+        columns, column = self._columns, total.column
+        if len(column) >= _LONG_TOTAL and depth < len(self._letters):
+            found, omitted = rows_of(columns, column)
+            if is_regular(found, omitted):
+                folded = Folded(lambda i: columns.expression(int(column[i])), found)
+                return self._folded(FAMILIES[total.code], folded, self._fixed, depth)
+        return self.lower(columns.chain(total), self._fixed, depth)
 
     def _chain(
         self, found: list[Operation], nodes: list[Node | None], end: int, family: Family
@@ -71,7 +112,7 @@ class Lowering:
             sign, at = stack.pop()
             node = nodes[at] if at != end else None
             if node is not None:
-                parts.append((sign, node))
+                parts += _terms(sign, node) if _is_link(found[at], node, family) else [(sign, node)]
                 continue
             code = found[at].code
             signs = {ca.OP_SUB: (sign, -sign), ca.OP_NEG: (-sign,)}.get(code, (sign, sign))
@@ -91,17 +132,15 @@ class Lowering:
             case "and" | "or":
                 return self._algebra.together(family, args)
 
-    def _folded(self, operation: Operation, folded: Folded, leaves: Leaves, depth: int) -> Node:
+    def _folded(self, family: Family, folded: Folded, leaves: Leaves, depth: int) -> Node:
         """Return the node of a folded chain: series, and what is before and after them."""
-        family = operation.family
-        assert family is not None
         parts: list[Node] = []
         for row in folded.rows:
             if len(row.indices) >= SHORTEST:
                 parts.append(self._series(family, row, leaves, depth))
-                continue
-            elements = (folded.column[i] for i in row.indices)
-            parts.extend(self.lower(element, leaves, depth) for element in elements)
+            else:
+                elements = (folded.element(i) for i in row.indices)
+                parts.extend(self.lower(element, leaves, depth) for element in elements)
         return self._combined(family, [(1, part) for part in parts])
 
     def _series(self, family: Family, row: Row, leaves: Leaves, depth: int) -> Node:
@@ -111,8 +150,11 @@ class Lowering:
         numbers = {leaf.name: offset - shift for leaf, offset in offsets.items()}
 
         def running(name: str) -> Node:
-            if name in row.shared:
-                return self.lower(row.shared[name], leaves, depth + 1)
+            shared = row.shared.get(name)
+            if isinstance(shared, Progression):
+                return progression(self._algebra, shared, letter, shift)
+            if shared is not None:
+                return self.lower(shared, leaves, depth + 1)
             shown = leaves(name)
             number = numbers.get(name)
             if number is None or not isinstance(shown.value, Symbol):
@@ -144,6 +186,25 @@ class Lowering:
             number = expression.which_output() + 1
             return self._algebra.call(f"call {called.name()}_{number}", args[0].args)
         raise UnprintableError
+
+
+def progression(algebra: Algebra, found: Progression, letter: str, shift: int = 0) -> Node:
+    """Return a progression by a letter that is element i's number i (from 1) plus the shift."""
+    start = found.start - found.step * (1 + shift)
+    index = algebra.symbol(Symbol("", 0, letter))
+    grown = algebra.product([algebra.number(found.step), index])
+    return algebra.sum([(1, grown), (1, algebra.number(start))])
+
+
+def _is_link(operation: Operation, node: Node, family: Family) -> bool:
+    """Return whether an operation is a total that continues the chain it is used in."""
+    is_total = operation.code == ca.OP_PARAMETER and operation.uses == 1
+    return is_total and node.kind == family and total_place(operation.expression.name()) is not None
+
+
+def _terms(sign: int, node: Node) -> list[tuple[int, Node]]:
+    """Return the terms of a sum with their signs, or the arguments of another operator."""
+    return [(-sign, a.args[0]) if a.kind == "negative" else (sign, a) for a in node.args]
 
 
 def _is_absorbed(found: list[Operation], operation: Operation) -> bool:

@@ -63,6 +63,8 @@ def symbol_mathml(symbol: Symbol) -> str:
     """Return a symbol's MathML, its index as a subscript."""
     if symbol.number is None:
         return identifier(symbol.name)
+    if not symbol.name:  # the running number itself
+        return _index(symbol.letter, symbol.number)
     if symbol.auxiliary:
         indices = [f"<mn>{symbol.number}</mn>", *(f"<mi>{a}</mi>" for a in symbol.letter)]
         return identifier(symbol.name, f"<mrow>{'<mo>,</mo>'.join(indices)}</mrow>")
@@ -84,6 +86,8 @@ def _level(node: Node) -> int:
         if text.startswith("<mfrac"):
             return _POWER
         return _PRODUCT if text.startswith("<mrow") else _POWER if "<msup" in text else _ATOM
+    if isinstance(node.value, Symbol) and not node.value.name and node.value.number:
+        return _SUM
     return _LEVELS.get(node.kind, _ATOM)
 
 

@@ -22,6 +22,7 @@ _PI = {
 _DOT = '<mo lspace="0" rspace="0">.</mo>'
 _NOISE = 16  # significant digits from which on a number may be a simpler one, rounded
 _ROUNDING = 4e-16
+_CANCELLATION = 1e-13  # how far a difference may be from a number of four digits
 
 
 def identifier(name: str, index: str = "") -> str:
@@ -87,8 +88,8 @@ def number(value: float) -> str:
 def number_mathml(value: float) -> str:
     """Return a number that is not negative in MathML.
 
-    Noise in the last digit goes: 0.1 + 0.2 is 0.3. Multiples of π are recognised, and so are
-    reciprocals such as 1/3.6.
+    Noise in the last digits goes: 0.1 + 0.2 is 0.3. Multiples of π are recognised, and so are
+    reciprocals such as 1/3.6, and whole km/h.
     """
     if math.isinf(value):
         return "<mi>∞</mi>"
@@ -96,11 +97,16 @@ def number_mathml(value: float) -> str:
         return _PI[value]
     text = number(value)
     if len(text.partition("e")[0].replace(".", "").lstrip("0")) >= _NOISE:
-        rounded, inverse = f"{value:.12g}", f"{1.0 / value:.6g}"
-        if math.isclose(float(rounded), value, rel_tol=_ROUNDING):
-            text = number(float(rounded))
-        elif math.isclose(1.0 / float(inverse), value, rel_tol=_ROUNDING):
-            return f"<mfrac><mn>1</mn><mn>{inverse}</mn></mfrac>"
+        short, rounded = float(f"{value:.4g}"), float(f"{value:.12g}")
+        if math.isclose(short, value, rel_tol=_CANCELLATION):
+            text = number(short)
+        elif math.isclose(rounded, value, rel_tol=_ROUNDING):
+            text = number(rounded)
+        else:
+            for above, below in (("1", f"{1.0 / value:.6g}"), (f"{3.6 * value:.4g}", "3.6")):
+                is_plain = "e" not in above + below
+                if is_plain and math.isclose(float(above) / float(below), value, rel_tol=_ROUNDING):
+                    return f"<mfrac><mn>{above}</mn><mn>{below}</mn></mfrac>"
     mantissa, _, exponent = text.partition("e")
     if not exponent:
         return f"<mn>{mantissa}</mn>"

@@ -21,7 +21,8 @@ class Symbol:
     """A variable or one element of it: `number` counts from 1, or from the running `letter`.
 
     An auxiliary symbol is none of the plant's variables: it abbreviates a subexpression, which
-    may depend on the letters of the series around it; `letter` then holds those.
+    may depend on the letters of the series around it; `letter` then holds those. A symbol without
+    a name is the number itself.
     """
 
     name: str

@@ -21,9 +21,9 @@ _IDENTITIES = {"sum": 0.0, "min": float("inf"), "max": -float("inf")}
 
 @dataclass
 class Folded:
-    """A long chain of which few rows say what its links are."""
+    """A long chain of which few rows say what its links are; `element` gives one of them."""
 
-    column: ca.SX
+    element: Callable[[int], ca.SX]
     rows: list[Row]
 
 
@@ -95,5 +95,9 @@ def folded_chain(family: Family, end: ca.SX, symbols: Sequence[ca.SX]) -> Folded
         return None
     column = ca.vertcat(*reversed(links))
     found, omitted = rows(column, symbols)
-    regular = all(r.indices[-1] - r.indices[0] + 1 == len(r.indices) for r in found)
-    return Folded(column, found) if regular and not omitted else None
+    return Folded(lambda i: column[i], found) if is_regular(found, omitted) else None
+
+
+def is_regular(found: Sequence[Row], omitted: int) -> bool:
+    """Return whether rows are all of a chain, each without gaps."""
+    return not omitted and all(r.indices[-1] - r.indices[0] + 1 == len(r.indices) for r in found)

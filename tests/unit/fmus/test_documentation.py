@@ -269,6 +269,65 @@ def test_a_thousand_vehicles_are_checked_and_quick() -> None:
     check_page(plant, seeds=1)
 
 
+def sums_in_pieces(n: int) -> Plant:
+    """Sums and extremes in chains side by side, places of extremes, numbered elements."""
+    with Plant("pieces") as plant:
+        x = plant.state("x", unit="1", size=n, output=True)
+        c = plant.parameter("c", 2.0, unit="1", size=n)
+        plant.der(x, -c * x)
+        a, b = ca.SX.sym("a"), ca.SX.sym("b")
+        deep = a
+        for _ in range(2):
+            deep = ca.fmax(deep - b, 0.5 * deep * deep) / (1.0 + ca.fabs(deep))
+        force = ca.Function("deep", [a, b], [deep]).map(n)(x.T, c.T).T
+        part = n // 3
+        chains = [force[k * part : (k + 1) * part] for k in range(3)]
+        rest = force[3 * part :]
+        plant.output("sum", ca.sum1(chains[0] + chains[1] + chains[2]) + ca.sum1(rest), unit="1")
+        most = ca.fmax(ca.mmax(ca.fmax(ca.fmax(*chains[:2]), chains[2])), ca.mmax(rest))
+        plant.output("most", most, unit="1")
+        behind = ca.if_else(force == most, -ca.DM(range(1, n + 1)), -1e9)
+        plant.output("at", -ca.mmax(behind), unit="1")
+        plant.output("numbered", ca.dot(ca.DM(range(3, 3 + 2 * n, 2)), x) - x[2], unit="1")
+        plant.output("neighbours", ca.sum1(x[1:] + x[:-1]) + ca.sum1(c * x), unit="1")
+        plant.output("twice", ca.sum1(x[: n // 2] + x[: n // 2]), unit="1")
+        plant.output("own", ca.DM(range(n)) * x - ca.sum1(c), unit="1")
+    return plant
+
+
+@pytest.mark.parametrize("n", [17, 61])
+def test_sums_in_pieces_and_numbers_of_elements(n: int) -> None:
+    check_page(sums_in_pieces(n), seeds=2)
+
+
+def test_length_costs_little_and_hides_nothing() -> None:
+    short, long = (documentation_page(sums_in_pieces(n)) for n in (61, 601))
+    assert len(long) < 1.1 * len(short)
+    assert "left out" not in long
+
+
+def test_a_long_chain_of_single_elements_is_a_sum() -> None:
+    with Plant("chained") as plant:
+        x = plant.state("x", unit="1", size=2000, output=True)
+        plant.der(x, -x)
+        total = ca.sum1(x[:3])
+        for k in range(3, 2000):
+            total = total + x[k]
+        plant.output("total", total, unit="1")
+    assert "left out" not in documentation_page(plant)
+    check_page(plant, seeds=1)
+
+
+def test_one_element_of_its_own_is_in_no_pattern() -> None:
+    with Plant("odd_one") as plant:
+        x = plant.state("x", unit="1", size=30, output=True)
+        scale = ca.DM([1.5] * 17 + [1.5 + 1e-15] + [1.5] * 12)
+        plant.der(x, -scale * x)
+        plant.output("total", ca.dot(scale, x), unit="1")
+    block = parts(parsed(documentation_page(plant)))["States"]
+    assert ["i=1,…,17,19,…,30" in "".join(e.itertext()) for e in block[1:]] == [True, False]
+
+
 # What has no formula
 
 
