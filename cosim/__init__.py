@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from .blocks.fmu import Fmu
     from .blocks.gain import Gain
     from .blocks.hold import Hold
+    from .blocks.lag import Lag
     from .blocks.noise import Noise
     from .blocks.profile import Profile
     from .blocks.pulse import Pulse
@@ -53,6 +54,7 @@ _HOME = {
     "Gain": "blocks.gain",
     "GaussSeidel": "algorithms",
     "Hold": "blocks.hold",
+    "Lag": "blocks.lag",
     "Iterated": "algorithms",
     "Jacobi": "algorithms",
     "Newton": "algorithms",
@@ -96,6 +98,7 @@ __all__ = [
     "Hold",
     "Iterated",
     "Jacobi",
+    "Lag",
     "Newton",
     "Noise",
     "Observer",
