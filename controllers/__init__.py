@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from .delay_predictor import DelayPredictor
     from .disturbance_observer import DisturbanceObserver
     from .fuzzy import Gaussians, Levels, Mamdani, Relation, Sugeno, Triangles
+    from .fuzzy_pid import FuzzyPID
     from .fuzzy_speed import FuzzySpeed
     from .holding_brake import HoldingBrake
     from .limit_curve import LimitCurve
@@ -22,6 +23,7 @@ if TYPE_CHECKING:
     from .position_pid import PositionPID
     from .predictive_stop import PredictiveStop
     from .query_table import QueryTable
+    from .sample_pid import SamplePID
     from .single_neuron import SingleNeuron
     from .sliding_mode import SlidingMode
     from .smarc import SMARC
@@ -31,6 +33,7 @@ if TYPE_CHECKING:
     from .stop_command import StopCommand
     from .stop_prediction import StopPrediction
     from .tracked_stop import TrackedStop
+    from .train_handling import HandlingDriver
     from .tuning import reaction_curve, simc, ziegler_nichols
 
 _HOME = {
@@ -42,8 +45,10 @@ _HOME = {
     "BrakingProfile": "braking_profile",
     "DelayPredictor": "delay_predictor",
     "DisturbanceObserver": "disturbance_observer",
+    "FuzzyPID": "fuzzy_pid",
     "FuzzySpeed": "fuzzy_speed",
     "Gaussians": "fuzzy",
+    "HandlingDriver": "train_handling",
     "HoldingBrake": "holding_brake",
     "Levels": "fuzzy",
     "LimitCurve": "limit_curve",
@@ -55,6 +60,7 @@ _HOME = {
     "QueryTable": "query_table",
     "Relation": "fuzzy",
     "SMARC": "smarc",
+    "SamplePID": "sample_pid",
     "SingleNeuron": "single_neuron",
     "SlidingMode": "sliding_mode",
     "SmoothStop": "smooth_stop",
@@ -81,8 +87,10 @@ __all__ = [
     "BrakingProfile",
     "DelayPredictor",
     "DisturbanceObserver",
+    "FuzzyPID",
     "FuzzySpeed",
     "Gaussians",
+    "HandlingDriver",
     "HoldingBrake",
     "Levels",
     "LimitCurve",
@@ -92,6 +100,7 @@ __all__ = [
     "PredictiveStop",
     "QueryTable",
     "Relation",
+    "SamplePID",
     "SingleNeuron",
     "SlidingMode",
     "SmoothStop",

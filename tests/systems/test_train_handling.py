@@ -1,0 +1,111 @@
+"""Handlings of a short train on its FMU: by plan, and with the speed held by PID."""
+
+import numpy as np
+import pytest
+
+from railcosim import Constant, Diagram, Fmu, Profile, Run
+from railcosim.base.errors import ParameterError
+from railcosim.controllers.train_handling import Handling, HandlingDriver, RigidTrain
+from railcosim.models.consist import coal_train
+from railcosim.models.line import Section
+from railcosim.studies.heavy_haul.handling_cases import (
+    Ride,
+    by_plan,
+    coupler_forces,
+    judged,
+    paper_pid,
+    record,
+    ride_fmu,
+    ride_handling,
+    run_ride,
+    speed_tracking,
+)
+from railcosim.studies.heavy_haul.reduction import reduced_train
+
+WAVES = Section(
+    name="waves",
+    length=2000.0,
+    gradients=(
+        (0.0, 0.0), (300.0, 6.0), (550.0, -6.0), (800.0, 6.0), (1100.0, -6.0), (1400.0, 0.0),
+    ),
+    speed_limits=((0.0, 80.0 / 3.6),),
+)  # fmt: skip
+RIDE = Ride(
+    consist=coal_train(locomotives=1, wagons=12), section=WAVES, start_speed=12.0, cruise=14.0,
+    ramp=60.0,
+)  # fmt: skip
+RIGID = RigidTrain(train=reduced_train(RIDE.consist), section=WAVES)
+
+
+@pytest.fixture(scope="module")
+def plan() -> Handling:
+    return ride_handling(RIDE)
+
+
+@pytest.fixture(scope="module")
+def planned(plan: Handling) -> Run:
+    return run_ride(RIDE, by_plan(RIDE, HandlingDriver.along(plan)))
+
+
+def test_pulled_evenly_the_fmu_has_the_rigid_trains_forces() -> None:
+    """Up 6 ‰ at nearly constant speed; what still rings in the train has no mean."""
+    diagram = Diagram("even", step=0.1)
+    diagram.add("pull", Profile(((0.0, 0.0), (30.0, 120e3)), unit="N"))
+    diagram.add("release", Constant(0.0, unit="kPa"))
+    places = [position for position, _ in WAVES.gradients]
+    diagram.add("train", Fmu(
+        ride_fmu(RIDE.consist, len(places)), initial_speed=12.0, gradient_position=places,
+        gradient=[6.0] * len(places),
+    ))  # fmt: skip
+    diagram.connect("pull.y", "train.group[1].force")
+    diagram.connect("release.y", "train.group[1].reduction")
+    run = diagram.run(100.0, record=record(RIDE), progress=False)
+    slope = Section(
+        name="even", length=2000.0, gradients=((0.0, 6.0),), speed_limits=((0.0, 20.0),)
+    )
+    expected = RigidTrain(train=RIGID.train, section=slope).coupler_forces(
+        run["train.position"], run["train.speed"], run["train.group[1].applied"]
+    )
+    found = coupler_forces(RIDE, run).T
+    last = slice(700, None)  # 30 s
+    assert found[:, last].mean(axis=1) == pytest.approx(expected[:, last].mean(axis=1), rel=1e-3)
+
+
+def test_the_plan_arrives_in_time(plan: Handling, planned: Run) -> None:
+    found = judged(RIDE, planned)
+    assert found.running_time == pytest.approx(RIDE.time, rel=0.005)
+    assert found.end_speed == pytest.approx(RIDE.cruise, abs=0.1)
+    assert found.traction_energy * 3.6e6 == pytest.approx(plan.figures().traction, rel=0.02)
+
+
+def test_the_reduced_model_tells_the_fmus_forces(planned: Run) -> None:
+    force = coupler_forces(RIDE, planned).T
+    expected = RIGID.coupler_forces(
+        planned["train.position"], planned["train.speed"], planned["train.group[1].applied"]
+    )
+    error = np.sqrt(np.mean((force - expected) ** 2))
+    assert error < 0.2 * np.sqrt(np.mean(force**2))
+
+
+def test_it_is_gentler_than_a_held_speed_in_the_same_time(planned: Run) -> None:
+    ours = judged(RIDE, planned)
+    theirs = judged(RIDE, run_ride(RIDE, speed_tracking(RIDE, paper_pid())))
+    assert ours.running_time == pytest.approx(theirs.running_time, rel=0.005)
+    assert ours.peak_tension < 0.7 * theirs.peak_tension
+    assert ours.peak_compression < theirs.peak_compression
+    assert ours.rms_coupler_force < theirs.rms_coupler_force
+    assert ours.traction_energy < theirs.traction_energy
+
+
+def test_a_train_that_does_not_arrive_has_no_time() -> None:
+    standing = HandlingDriver(
+        position=(0.0, 2000.0), speed=(1.0, 1.0), force=(-2e5, -2e5), reduction=(0.0, 0.0), gain=0.0
+    )
+    found = judged(RIDE, run_ride(RIDE, by_plan(RIDE, standing)))
+    assert np.isnan(found.running_time) and np.isnan(found.end_speed)
+
+
+def test_trains_that_the_diagrams_do_not_command() -> None:
+    consist = coal_train(locomotives=2, wagons=12, distributed=True)
+    with pytest.raises(ParameterError, match="needs a train with one group of locomotives"):
+        Ride(consist=consist, section=WAVES)
