@@ -68,6 +68,10 @@ STUDIES = {
         ".adaptive_fuzzy",
         "adaptive fuzzy speed regulation with a variable universe, under ATP",
     ),
+    "heavy-haul": (
+        ".heavy_haul",
+        "coupler forces of 2 locomotives and 100 wagons under fuzzy adaptive PID",
+    ),
     "precise-braking": (
         ".precise_braking",
         "the metro stop with electric and air brake: models, controllers, spread, whole runs",
