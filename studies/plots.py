@@ -69,8 +69,9 @@ def style(controller: str) -> dict[str, Any]:
 
 
 def legend(axis: "Axes", *, columns: int = 1, where: Any = "best") -> None:
-    """Show the legend."""
-    axis.legend(loc=where, ncols=columns, fontsize=9, framealpha=0.9)
+    """Show the legend, if anything was drawn."""
+    if axis.get_legend_handles_labels()[0]:
+        axis.legend(loc=where, ncols=columns, fontsize=9, framealpha=0.9)
 
 
 def present(names: Iterable[str], available: Iterable[str]) -> list[str]:

@@ -5,9 +5,10 @@ from typing import TYPE_CHECKING
 from ...base.lazy import lazy
 
 if TYPE_CHECKING:
+    from .couplers import Hysteresis
     from .train import heavy_haul_train
 
-_HOME = {"heavy_haul_train": "train"}
-__all__ = ["heavy_haul_train"]
+_HOME = {"Hysteresis": "couplers", "heavy_haul_train": "train"}
+__all__ = ["Hysteresis", "heavy_haul_train"]
 
 __getattr__, __dir__ = lazy(__name__, _HOME)

@@ -5,12 +5,13 @@ import numpy as np
 from ...controllers import FuzzyPID
 from ...cosim import Profile, Run
 from ...models.consist import coal_train
+from ...models.heavy_haul import Hysteresis
 from ..case import Case
 from ..computed import Computed, Rows
 from ..metrics import Metrics
 from .measures import KILONEWTON
 from .newmark import simulate
-from .train_cases import HIGHEST, VIOLENT, open_loop
+from .train_cases import FORMS, HIGHEST, VIOLENT, open_loop
 
 WATCHED = 20  # the coupler whose loop is drawn: behind a set, so it has slack
 NEWMARK_STEP = 0.001  # s
@@ -24,13 +25,13 @@ CYCLE = (
 def gear_cases() -> list[Case]:
     """Return the gears' loops, the violent start by Newmark-β, and the tables' errors."""
     return [
-        *(_loop(form) for form in ("incremental", "dahl", "switching")),
+        *(_loop(form) for form in FORMS),
         Computed.of("newmark", _newmark),
         Computed.of("inference", _inference),
     ]
 
 
-def _loop(form: str) -> Case:
+def _loop(form: Hysteresis) -> Case:
     values = {"initial_speed": 10.0}
     diagram = open_loop("gear_loop", Profile(CYCLE, unit="N"), values, coupler=form)
     ports = (

@@ -2,8 +2,7 @@
 
 import math
 from dataclasses import dataclass
-from functools import cache, partial
-from pathlib import Path
+from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -20,12 +19,11 @@ from ...controllers.train_handling import (
     optimal_handling,
 )
 from ...cosim import Constant, Diagram, Fmu, Profile, Run
-from ...fmus import build
 from ...models.consist import Consist, coal_train
-from ...models.heavy_haul import heavy_haul_train
 from ...models.line import Section
 from ..case import Case
 from ..metrics import Metrics
+from .loop import train_fmu
 from .reduction import reduced_train
 from .rolling import rolling_section
 
@@ -88,18 +86,12 @@ def rolling_ride() -> Ride:
     return Ride(consist=coal_train(), section=rolling_section())
 
 
-@cache
-def ride_fmu(consist: Consist, gradients: int) -> Path:
-    """Return the train's FMU with room for so many gradients, built if need be."""
-    return build(heavy_haul_train(consist, gradients=gradients))
-
-
 def _diagram(name: str, ride: Ride) -> Diagram:
     section = ride.section
     places, slopes = zip(*section.gradients, strict=True)
     diagram = Diagram(name, step=STEP)
     fmu = Fmu(
-        ride_fmu(ride.consist, len(places)), initial_speed=ride.start_speed,
+        train_fmu(ride.consist, gradients=len(places)), initial_speed=ride.start_speed,
         gradient_position=list(places), gradient=list(slopes),
     )  # fmt: skip
     diagram.add("train", fmu)

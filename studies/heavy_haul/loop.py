@@ -9,19 +9,23 @@ from ...controllers import SamplePID
 from ...cosim import Block, Constant, Diagram, Fmu, Gain, Lag, Noise, Profile, Sum
 from ...fmus import build
 from ...models.consist import Consist, coal_train
-from ...models.heavy_haul import heavy_haul_train
+from ...models.heavy_haul import Hysteresis, heavy_haul_train
 from .controllers import SAMPLE
 
 RELEASED = Constant(0.0, unit="kPa")
 COUPLER = 2  # behind the second locomotive; our choice
 
 
-@cache
 def train_fmu(
-    consist: Consist | None = None, *, coupler: str = "incremental", gradients: int = 1
+    consist: Consist | None = None, *, coupler: Hysteresis = "incremental", gradients: int = 1
 ) -> Path:
     """Return the train's FMU, built if need be; without a consist it is the paper's."""
-    return build(heavy_haul_train(consist, coupler=coupler, gradients=gradients))  # pyright: ignore[reportArgumentType]
+    return _built(coal_train() if consist is None else consist, coupler, gradients)
+
+
+@cache
+def _built(consist: Consist, coupler: Hysteresis, gradients: int) -> Path:
+    return build(heavy_haul_train(consist, coupler=coupler, gradients=gradients))
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -2,12 +2,14 @@
 
 from ...cosim import Constant, Delay, Diagram, Fmu, Profile
 from ...models.consist import Consist, EndOfTrain, coal_train
+from ...models.heavy_haul import Hysteresis
 from ..case import Case
 from .loop import train_fmu
 from .measures import whole_train_and_energy
 from .recorded import whole
 
 SIZE = 102
+FORMS: tuple[Hysteresis, ...] = ("incremental", "dahl", "switching")
 INNER_STEPS = (0.005, 0.002, 0.001, 0.0005)  # s
 DAMPINGS = (0.0, 2.5e4, 5e4, 1e5)  # N·s/m
 STEP = 0.01  # s
@@ -23,7 +25,7 @@ def ramp(rate: float, stop: float) -> Profile:
 
 
 def open_loop(
-    name: str, force: Profile, values: dict[str, float], *, coupler: str = "incremental"
+    name: str, force: Profile, values: dict[str, float], *, coupler: Hysteresis = "incremental"
 ) -> Diagram:
     """Return the paper's train under a force that is given."""
     diagram = Diagram(name, step=STEP)
@@ -49,7 +51,7 @@ def _case(experiment: str, name: str, diagram: Diagram, stop: float, size: int =
 def _violent() -> list[Case]:
     """Return the violent start with each form of hysteresis and each inner step."""
     found = []
-    for form in ("incremental", "dahl", "switching"):
+    for form in FORMS:
         for inner in INNER_STEPS:
             values = {"solver.inner_step": inner}
             diagram = open_loop("violent_start", ramp(VIOLENT, 25.0), values, coupler=form)

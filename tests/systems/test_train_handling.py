@@ -15,11 +15,11 @@ from railcosim.studies.heavy_haul.handling_cases import (
     judged,
     paper_pid,
     record,
-    ride_fmu,
     ride_handling,
     run_ride,
     speed_tracking,
 )
+from railcosim.studies.heavy_haul.loop import train_fmu
 from railcosim.studies.heavy_haul.reduction import reduced_train
 
 WAVES = Section(
@@ -54,7 +54,7 @@ def test_pulled_evenly_the_fmu_has_the_rigid_trains_forces() -> None:
     diagram.add("release", Constant(0.0, unit="kPa"))
     places = [position for position, _ in WAVES.gradients]
     diagram.add("train", Fmu(
-        ride_fmu(RIDE.consist, len(places)), initial_speed=12.0, gradient_position=places,
+        train_fmu(RIDE.consist, gradients=len(places)), initial_speed=12.0, gradient_position=places,
         gradient=[6.0] * len(places),
     ))  # fmt: skip
     diagram.connect("pull.y", "train.group[1].force")
