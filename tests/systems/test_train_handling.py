@@ -54,8 +54,8 @@ def test_pulled_evenly_the_fmu_has_the_rigid_trains_forces() -> None:
     diagram.add("release", Constant(0.0, unit="kPa"))
     places = [position for position, _ in WAVES.gradients]
     diagram.add("train", Fmu(
-        train_fmu(RIDE.consist, gradients=len(places)), initial_speed=12.0, gradient_position=places,
-        gradient=[6.0] * len(places),
+        train_fmu(RIDE.consist, gradients=len(places)), initial_speed=12.0,
+        gradient_position=places, gradient=[6.0] * len(places),
     ))  # fmt: skip
     diagram.connect("pull.y", "train.group[1].force")
     diagram.connect("release.y", "train.group[1].reduction")
