@@ -46,7 +46,7 @@ def declare_couplers(
     """Declare the joints' parameters and memories; return them with their forces.
 
     Coupler i is behind vehicle i. The gear's force is stored: it depends on the way by which the
-    stretch d was reached. Sheet forms of the lost equations 8 to 10 (heavy-haul paper); one
+    stretch d was reached. Our forms of the lost equations 8 to 10 (heavy-haul paper); one
     curve, which does not depend on the impact's speed.
     """
     size, joints = consist.size - 1, consist.couplers

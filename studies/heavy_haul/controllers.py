@@ -1,7 +1,5 @@
 """The line-up of controllers on a coupler's force, and of those on the train's speed."""
 
-from dataclasses import replace
-
 from ...controllers import FuzzyPID, SamplePID
 
 SAMPLE = 0.002  # s; the paper's
@@ -24,11 +22,9 @@ INFERENCE: dict[str, SamplePID] = {
 # On speed the gains are per m/s: 4 MN times the paper's, but ki, which is a tenth of it: the train
 # is an integrator, where the coupler's force is none. Universes ±1 m/s and ±2 cm/s per sample.
 # All ours.
-_ON_SPEED = FuzzyPID(
-    unit="m/s", scale=4e6, ki=3e-4, ki_change=6e-4, universe=1.0, change_universe=0.02
-)
 SPEED: dict[str, SamplePID] = {
     "pid": SamplePID(unit="m/s", scale=4e6, ki=3e-4),
-    "fuzzy_literal_little": replace(_ON_SPEED, reading="literal", extreme=2.0),
-    "fuzzy_folded": _ON_SPEED,
+    "fuzzy_folded": FuzzyPID(
+        unit="m/s", scale=4e6, ki=3e-4, ki_change=6e-4, universe=1.0, change_universe=0.02
+    ),
 }

@@ -57,7 +57,7 @@ def figures(results: Results) -> "dict[str, Figure]":
 def _gear_loop(results: Results) -> "Figure":
     figure, (axis,) = panels(f"Fig. 3: force over stroke of coupler {WATCHED}'s draft gears")
     joint = coal_train().couplers[WATCHED - 1]
-    strokes = np.linspace(0.0, 0.1, 200)
+    strokes = np.linspace(0.0, 0.12, 200)
     loading = np.array([joint.gear.force(float(e)) for e in strokes]) / 1e3
     free = 0.5 * joint.slack
     for ratio, text in ((1.0, "loading curve fu"), (joint.gear.unloading_ratio, "unloading fl")):
@@ -76,8 +76,8 @@ def _gear_loop(results: Results) -> "Figure":
                 1e3 * stretch, force / 1e3, color=colour, label=text, alpha=0.4 if raw else 1.0,
                 linewidth=0.5 if raw else 1.4, zorder=1 if raw else 3,
             )  # fmt: skip
-    axis.set_xlim(-45.0, 95.0)
-    axis.set_ylim(-250.0, 650.0)
+    axis.set_xlim(-60.0, 115.0)
+    axis.set_ylim(-250.0, 850.0)
     label(axis, "stretch of the joint / mm", "force of the gears, without damping / kN")
     legend(axis, where="upper left")
     return figure
@@ -167,7 +167,7 @@ def _steps(results: Results) -> "Figure":
 
 
 def _speed(results: Results) -> "Figure":
-    names = ("pid", "fuzzy_literal_little", "fuzzy_folded")
+    names = ("pid", "fuzzy_folded")
     figure, axes = panels("Tracking a speed (ours)", 2, sharex=False)
     for axis, experiment, text in zip(
         axes, ("start_up_speed", "braking_speed"), ("start-up on +6 ‰", "braking on −6 ‰"),

@@ -53,6 +53,6 @@ def _heights(axis: "Axes") -> None:
     places = np.linspace(0.0, section.length, 600)
     heights = [section.elevation(float(place)) for place in places]
     behind = axis.twinx()
-    behind.fill_between(places / 1e3, heights, -1.0, color="#000000", alpha=0.12, linewidth=0.0)
-    behind.set_ylim(-1.0, 30.0)
+    behind.fill_between(places / 1e3, heights, -8.0, color="#000000", alpha=0.12, linewidth=0.0)
+    behind.set_ylim(-8.0, 40.0)
     behind.set_ylabel("height / m (grey)")

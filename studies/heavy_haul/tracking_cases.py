@@ -29,12 +29,13 @@ from .targets import (
 UPHILL = (("gradient[1]", 6.0),)
 DOWNHILL = (("gradient[1]", -6.0), ("initial_speed", DOWNHILL_SPEED))
 SIZE = 102  # vehicles
-EVERY = 50  # samples
-LAG, NOISE = 0.1, 2e3  # s and N; the sheet's, ours
+EVERY, SELDOM = 5, 50  # samples
+LAG, NOISE = 0.1, 2e3  # s and N; ours
 STEP_TIMES = ((60.0, 75.0), (75.0, 90.0), (90.0, 105.0), (105.0, 110.0))  # s, each a jump
 UPWARDS = (STEP_TIMES[0], STEP_TIMES[3])
 FREE = ("pid", "pid_fast", "fuzzy_literal_little", "fuzzy_folded")
-DISTURBED = ("pid", "fuzzy_literal_little", "fuzzy_folded")
+LAGGED = ("pid", "fuzzy_literal_little", "fuzzy_folded")
+NOISY = ("pid", "fuzzy_folded")
 
 
 def start_up() -> Loop:
@@ -53,19 +54,27 @@ def braking() -> Loop:
 def tracking_cases() -> list[Case]:
     """Return the cases of tracking; builds the train's FMU."""
     up, down = start_up(), braking()
-    some = {name: FORCE[name] for name in DISTURBED}
     found = _force(up, START_UP, FORCE | PER_SECOND | INFERENCE)
     found += _force(down, BRAKING, FORCE)
-    found += _force(_rolling(up), START_UP, {name: FORCE[name] for name in FREE})
+    found += _force(_rolling(up), START_UP, _some(FREE))
     for loop, stop in ((up, START_UP), (down, BRAKING)):
-        found += _force(loop.with_disturbance("lag", lag=LAG), stop, some)
-        found += _force(loop.with_disturbance("noise", noise=NOISE), stop, some)
+        found += _force(loop.with_disturbance("lag", lag=LAG), stop, _some(LAGGED))
+        found += _force(loop.with_disturbance("noise", noise=NOISE), stop, _some(NOISY))
     steps = Loop(name="steps", target=profile(step_force, STEPS, "N"), values=UPHILL)
     found += [
         replace(case, measure=partial(force_steps, measured=MEASURED, steps=UPWARDS))
         for case in _force(steps, STEPS, FORCE)
     ]
     return [*found, *_speed(up, down), *_whole(up, down)]
+
+
+def _some(names: Iterable[str]) -> dict[str, SamplePID]:
+    return {name: FORCE[name] for name in names}
+
+
+def _kept(measured: str, controller: SamplePID) -> Recording:
+    """Return what a run keeps, every 10 ms: enough to see a swing at 4 Hz, and a small file."""
+    return Recording(tracked(measured, gains=isinstance(controller, FuzzyPID)), EVERY)
 
 
 def _rolling(loop: Loop) -> Loop:
@@ -85,7 +94,7 @@ def _force(loop: Loop, stop: float, controllers: Mapping[str, SamplePID]) -> lis
             loop.diagram(controller),
             stop,
             on_coupler(loop.measured),
-            record=tracked(loop.measured, gains=isinstance(controller, FuzzyPID)),
+            record=_kept(loop.measured, controller),
             seeds={"noise": loop.seed} if loop.noise > 0.0 else {},
             long=True,
         )
@@ -108,7 +117,7 @@ def _speed(up: Loop, down: Loop) -> Iterable[Case]:
                 replace(loop, measured="speed").diagram(controller),
                 stop,
                 speed_tracking,
-                record=tracked("speed", gains=isinstance(controller, FuzzyPID)),
+                record=_kept("speed", controller),
                 long=True,
             )
 
@@ -122,6 +131,6 @@ def _whole(up: Loop, down: Loop) -> Iterable[Case]:
             replace(loop, name=f"{loop.name}_train").diagram(FORCE["fuzzy_folded"]),
             stop,
             whole_train_and_energy,
-            record=Recording(whole(SIZE), EVERY),
+            record=Recording(whole(SIZE), SELDOM),
             long=True,
         )
