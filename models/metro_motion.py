@@ -5,6 +5,7 @@ from typing import Any
 import casadi as ca
 
 from ..base.railway import GRAVITY_PER_MILLE, KILOMETRES_PER_HOUR
+from .gradients import declare_gradients
 from .plant import Plant
 from .rolling import BREAKAWAY
 
@@ -31,19 +32,7 @@ def resistance(plant: Plant, position: Any, speed: Any, *, gradients: int) -> An
         "length", 118.0, unit="m", minimum=1.0, nominal=100.0,
         description="length of the train, behind its position; our choice: six cars of type B",
     )  # fmt: skip
-    begins = plant.parameter(
-        "gradient_position", 0.0, unit="m", size=gradients, nominal=100.0,
-        description="where a stretch begins, in rising order",
-    )  # fmt: skip
-    slopes = plant.parameter(
-        "gradient", 0.0, unit="1", size=gradients, nominal=1.0,
-        description="slope of the stretch in per mille, uphill positive; the last is repeated "
-        "where the line has fewer stretches",
-    )  # fmt: skip
-    change = plant.dependent(
-        "gradient_change", slopes - ca.vertcat(0.0, *ca.vertsplit(slopes)[:-1]), unit="1",
-        description="slope over that of the stretch before, in per mille",
-    )  # fmt: skip
+    begins, change = declare_gradients(plant, gradients)
     slope = change[0]
     if gradients > 1:
         share = ca.fmin(ca.fmax((position - begins[1:]) / length, 0.0), 1.0)

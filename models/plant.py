@@ -251,7 +251,7 @@ class Plant(EventDeclarations):
         if variable.name in self._frictions:
             raise DeclarationError(f"plant '{self.name}': friction({variable.name}) is given twice")
         what = f"friction({variable.name})"
-        value = ca.fmax(self._expression(limit, what), 0.0)
+        value = ca.fmax(0.0, self._expression(limit, what))  # in this order: see fmus/evaluation.py
         where = f"plant '{self.name}', {what}"
         self._frictions[variable.name] = sized(value, variable.length, where)
 

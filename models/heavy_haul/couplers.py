@@ -36,7 +36,7 @@ def check_hysteresis(hysteresis: str) -> None:
     forms = get_args(Hysteresis)
     if hysteresis not in forms:
         raise ParameterError(
-            f"heavy_haul_train: coupler must be one of {', '.join(forms)}, not {hysteresis!r}"
+            f"heavy_haul_train: hysteresis must be one of {', '.join(forms)}, not {hysteresis!r}"
         )
 
 

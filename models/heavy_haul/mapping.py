@@ -1,6 +1,7 @@
 """Equations of one vehicle or coupler, applied to all of them: loops in C, at any length."""
 
 from collections.abc import Callable, Hashable, Sequence
+from functools import reduce
 from itertools import pairwise
 from typing import Any, TypeVar
 
@@ -74,12 +75,44 @@ def _row(column: Any, count: int) -> ca.MX:
 def ramps(x: Any, points: Sequence[tuple[float, float]]) -> Any:
     """Return the piecewise linear function through the points; beyond the ends it stays level.
 
-    A ramp is (x − a + |x − a|)/2: of a maximum with zero compilers make a branch.
+    Slopes that rise and then fall, as those of a brake's service curve, make it the maximum of the
+    first lines and the minimum of the others, which is less work than a sum of ramps.
     """
+    corners = _corners(points)
+    if not corners:
+        return points[0][1]
+    pieces = [(a, f, (g - f) / (b - a)) for (a, f), (b, g) in pairwise(corners)]
+    slopes = [slope for _, _, slope in pieces]
+    steepest = slopes.index(max(slopes))
+    first, (last, end) = corners[0][0], corners[-1]
+    turns = slopes == [*sorted(slopes[:steepest]), *sorted(slopes[steepest:], reverse=True)]
+    if not turns or any(f + slope * (last - a) > end for a, f, slope in pieces[:steepest]):
+        return _sum_of_ramps(x, corners)
+    within = ca.fmin(last, ca.fmax(first, x))  # in this order, so that no number stays none
+    within = within - first if first else within
+    lines = [_line(f - slope * (a - first), slope, within) for a, f, slope in pieces]
+    return reduce(ca.fmax, lines[:steepest], reduce(ca.fmin, lines[steepest:]))
+
+
+def _line(value: float, slope: float, x: Any) -> Any:
+    return value + slope * x if value else slope * x
+
+
+def _corners(points: Sequence[tuple[float, float]]) -> list[tuple[float, float]]:
+    """Return the points where the slope changes; beyond the ends it is zero."""
     slopes = [0.0, *((g - f) / (b - a) for (a, f), (b, g) in pairwise(points)), 0.0]
-    steepest = max(abs(slope) for slope in slopes)
-    value = points[0][1]
-    for (a, _), (before, after) in zip(points, pairwise(slopes), strict=True):
-        if abs(after - before) > 1e-12 * steepest:  # else the points lie on one line
-            value = value + 0.5 * (after - before) * (x - a + ca.fabs(x - a))
+    least = 1e-12 * max(abs(slope) for slope in slopes)
+    return [
+        point
+        for point, (before, after) in zip(points, pairwise(slopes), strict=True)
+        if abs(after - before) > least
+    ]
+
+
+def _sum_of_ramps(x: Any, corners: Sequence[tuple[float, float]]) -> Any:
+    """Return the same for any slopes: a ramp (x − a + |x − a|)/2 at each corner."""
+    slopes = [0.0, *((g - f) / (b - a) for (a, f), (b, g) in pairwise(corners)), 0.0]
+    value = corners[0][1]
+    for (a, _), (before, after) in zip(corners, pairwise(slopes), strict=True):
+        value = value + 0.5 * (after - before) * (x - a + ca.fabs(x - a))
     return value

@@ -6,6 +6,7 @@ import casadi as ca
 
 from ...base.railway import GRAVITY_PER_MILLE, KILOMETRES_PER_HOUR
 from ..consist import Consist
+from ..gradients import declare_gradients
 from ..plant import Plant
 from .mapping import mapped
 
@@ -82,40 +83,22 @@ def _resistance(v: Any, mass: Any, a: Any, b: Any, c: Any, starting: Any) -> lis
 
 def _gradients(plant: Plant, position: Any, length: Any, count: int) -> tuple[Any, Any]:
     """Declare the line; return slope (‰) and mean height (m over position 0) of each vehicle."""
-    begins = plant.parameter(
-        "gradient_position", 0.0, unit="m", size=count, nominal=1000.0,
-        description="where a stretch begins, in rising order",
-    )  # fmt: skip
-    slopes = plant.parameter(
-        "gradient", 0.0, unit="1", size=count, nominal=1.0,
-        description="slope of the stretch in per mille, uphill positive; the last is repeated "
-        "where the line has fewer stretches",
-    )  # fmt: skip
-    change = plant.dependent(
-        "gradient_change", slopes - ca.vertcat(0.0, *ca.vertsplit(slopes)[:-1]), unit="1",
-        description="slope over that of the stretch before, in per mille",
-    )  # fmt: skip
+    begins, change = declare_gradients(plant, count)
     size = position.shape[0]
     if count == 1:
         return ca.repmat(change[0], size, 1), 1e-3 * change[0] * (position - 0.5 * length)
-    slope = [change[0]]
-    height = [1e-3 * change[0] * (position - 0.5 * length)]
-    for k in range(1, count):
-        on, up = mapped("share_of_stretch", _share, position, length, begins[k], count=size)
-        slope.append(change[k] * on)
-        height.append(1e-3 * change[k] * up)
-    return _sum(slope), _sum(height)
 
+    def equations(front: Any, own: Any, *line: Any) -> list[Any]:
+        """Sum over all stretches: the share of the vehicle on it, and how far its middle is."""
+        slope = line[0]
+        height = line[0] * (front - 0.5 * own)
+        for begin, turn in zip(line[1:count], line[count:], strict=True):
+            beyond = front - begin
+            on = ca.fmin(ca.fmax(beyond / own, 0.0), 1.0)
+            slope = slope + turn * on
+            height = height + turn * (0.5 * own * on * on + ca.fmax(beyond - own, 0.0))
+        return [slope, 1e-3 * height]
 
-def _share(position: Any, length: Any, begin: Any) -> list[Any]:
-    """Return the share of a vehicle that is beyond a change, and how far its middle is, in m."""
-    beyond = position - begin
-    on = ca.fmin(ca.fmax(beyond / length, 0.0), 1.0)
-    return [on, 0.5 * length * on * on + ca.fmax(beyond - length, 0.0)]
-
-
-def _sum(terms: list[Any]) -> Any:
-    total = terms[0]
-    for term in terms[1:]:
-        total = total + term
-    return total
+    line = [change[0], *ca.vertsplit(begins)[1:], *ca.vertsplit(change)[1:]]
+    slope, height = mapped("gradient_of_vehicle", equations, position, length, *line, count=size)
+    return slope, height

@@ -28,13 +28,13 @@ BEFORE_ALL = -1e300  # s
 
 
 def heavy_haul_train(
-    consist: Consist | None = None, *, gradients: int = 1, coupler: Hysteresis = "incremental"
+    consist: Consist | None = None, *, gradients: int = 1, hysteresis: Hysteresis = "incremental"
 ) -> Plant:
     """Return a train of 2 to 1000 vehicles (heavy-haul paper, eqs. 1 to 10).
 
     m_i a_i = F_{i−1} − F_i − W_i + FL_i − FB_i, with tension positive and coupler i behind vehicle
     i. Without a consist it is the paper's: 2 HXD1 and 100 C80. `gradients` is how many stretches
-    the line may have. `coupler` is the form of the hysteresis: "incremental" is the reference,
+    the line may have. `hysteresis` is the form of the hysteresis: "incremental" is the reference,
     "dahl" an alternative, "switching" the naive one, which does not converge with the inner step.
 
     Running resistance and brake shoes are dry friction: each vehicle stands at exactly 0 m/s until
@@ -47,7 +47,7 @@ def heavy_haul_train(
         raise ParameterError(f"heavy_haul_train: {consist!r} is no Consist; see read_consist")
     if type(gradients) is not int or not 1 <= gradients <= 1000:
         raise ParameterError(f"heavy_haul_train: gradients is 1 to 1000, not {gradients!r}")
-    check_hysteresis(coupler)
+    check_hysteresis(hysteresis)
     size = consist.size
     with Plant(
         "heavy_haul_train",
@@ -68,7 +68,7 @@ def heavy_haul_train(
         running = declare_running(plant, consist, displacement, speed, gradients=gradients)
         locomotives = declare_locomotives(plant, consist, speed)
         shoes = declare_air_brake(plant, consist, speed)
-        couplers = declare_couplers(plant, consist, coupler, displacement, speed)
+        couplers = declare_couplers(plant, consist, hysteresis, displacement, speed)
         _motion(plant, couplers, running, locomotives.forces, shoes, speed)
         gear, stretch = update_couplers(plant, couplers, displacement, speed)
         start = _start(plant, couplers, running, displacement, speed)
@@ -106,7 +106,7 @@ def _start(
 ) -> Any:
     """Declare what happens once, at the start; return the energy (J) that the train has then."""
     initial = plant.parameter(
-        "initial_speed", 0.0, unit="m/s", nominal=10.0,
+        "initial_speed", 0.0, unit="m/s", nominal=10.0, minimum=-100.0, maximum=100.0,
         description="speed of the whole train at the start, over that of each vehicle",
     )  # fmt: skip
     started = plant.mode("started", minimum=0, maximum=1, description="1 after the start")

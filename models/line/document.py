@@ -83,11 +83,15 @@ class Document:
         return mark.line + 1 if mark else 1
 
     def validated(self, model: type[_Model]) -> _Model:
-        """Return the data as a pydantic model; raise FileError for the first thing wrong."""
+        """Return the data as a pydantic model; raise FileError for the first thing wrong.
+
+        Unknown keys come first: what a misspelt one should have been is missing then, too.
+        """
         try:
             return model.model_validate(self.data)
         except ValidationError as error:
-            problems = error.errors(include_url=False, include_context=False)
+            problems = error.errors(include_url=False)
+            problems = [p for p in problems if p["type"] in _UNKNOWN] or problems
             first = problems[0]
             where = tuple(key for key in first["loc"] if not _is_variant(key))
             more = f" (and {len(problems) - 1} more like this)" if len(problems) > 1 else ""
@@ -122,6 +126,8 @@ def read_document(path: str | Path) -> Document:
         mark = getattr(error, "problem_mark", None)
         line = f":{mark.line + 1}" if mark else ""
         problem = getattr(error, "problem", None) or str(error).splitlines()[0]
+        if mark and ("'\\t'" in problem or _indents_with_tab(text, mark.line)):
+            problem = "a tab where YAML takes none: use spaces, not tabs"
         raise FileError(f"{path}{line}: {problem}") from None
     except (RecursionError, ValueError) as error:
         raise FileError(f"{path}: cannot be read: {str(error).splitlines()[0]}") from None
@@ -143,6 +149,12 @@ def _json(text: str) -> Any:
     return data
 
 
+def _indents_with_tab(text: str, line: int) -> bool:
+    """Whether a tab indents a line (from 0) or the one before, as YAML may notice it late."""
+    near = text.split("\n")[max(line - 1, 0) : line + 1]
+    return any("\t" in each[: len(each) - len(each.lstrip())] for each in near)
+
+
 def _is_variant(key: int | str) -> bool:
     """Whether pydantic put in the name of a union's variant, which is not in the file."""
     return isinstance(key, str) and ("[" in key or key in _VARIANTS)
@@ -153,16 +165,45 @@ _VARIANTS = {"float", "int", "str", "constrained-str"}
 
 def _said(problem: Any, model: type[BaseModel]) -> str:
     kind, key = problem["type"], problem["loc"][-1] if problem["loc"] else ""
+    if kind == "invalid_key":  # {slack: 9,5} is slack 9 and a key 5
+        return f"unknown key {key}; decimals have a point, not a comma"
     if kind == "extra_forbidden":
         known = _names(model, problem["loc"][:-1])
         return f"unknown key '{key}'; known: {listing(known, 20)}{suggest(str(key), known)}"
     if kind == "missing":
         return f"'{key}' is missing" if isinstance(key, str) else "one item too few"
-    text = problem["msg"].removeprefix("Value error, ").removeprefix("Assertion failed, ")
     found = problem["input"]
+    text = problem["msg"].removeprefix("Value error, ").removeprefix("Assertion failed, ")
+    if kind in _PLAIN:
+        text = _PLAIN[kind].format(**problem.get("ctx", {}))
+    if kind == "float_type" and isinstance(found, str):
+        text = "a number without a unit is needed, its decimals after a point"
     if isinstance(found, dict | list | tuple):
         return f"{text} (found {'a mapping' if isinstance(found, dict) else 'a list'})"
-    return f"{text} (found {json.dumps(found, ensure_ascii=False, default=str)})"
+    shown = "nothing" if found is None else json.dumps(found, ensure_ascii=False, default=str)
+    return f"{text} (found {shown})"
+
+
+_UNKNOWN = {"extra_forbidden", "invalid_key"}
+# What pydantic finds, in plain words; the names in braces are its own.
+_PLAIN = {
+    "bool_type": "true or false is needed",
+    "dict_type": "a mapping with keys is needed",
+    "finite_number": "a finite number is needed",
+    "float_type": "a number is needed",
+    "greater_than": "must be more than {gt:g}",
+    "greater_than_equal": "must be {ge:g} or more",
+    "int_from_float": "a whole number is needed",
+    "int_type": "a whole number is needed",
+    "less_than": "must be less than {lt:g}",
+    "less_than_equal": "must be {le:g} or less",
+    "list_type": "a list is needed",
+    "model_type": "a mapping with keys is needed",
+    "string_type": "a text is needed, in quotes if it looks like something else",
+    "too_long": "no more than {max_length} may stand here",
+    "too_short": "no fewer than {min_length} may stand here",
+    "tuple_type": "a list is needed",
+}
 
 
 def _names(model: type[BaseModel], where: tuple[int | str, ...]) -> list[str]:

@@ -6,6 +6,7 @@ import numpy as np
 
 from ..plots import label, legend, panels
 from ..results import Results
+from .recorded import SIZE
 from .rolling import rolling_section
 
 if TYPE_CHECKING:
@@ -18,7 +19,6 @@ LOOKS = {
     "plan": ("#D55E00", "planned (ours)"),
     "plan_notched": ("#0072B2", "planned, in notches (ours)"),
 }
-SIZE = 102
 
 
 def handling_figure(results: Results) -> "Figure":

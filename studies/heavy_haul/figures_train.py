@@ -6,6 +6,7 @@ import numpy as np
 
 from ..plots import label, legend, panels
 from ..results import Results
+from .measures import joints_of
 from .train_cases import DAMPINGS, INNER_STEPS, inner_name
 
 if TYPE_CHECKING:
@@ -32,11 +33,11 @@ def train_figures(results: Results) -> "dict[str, Figure]":
             "Violent start: coupler forces, vehicle × time (ours)",
         ),
         "space_time_start_up": space_time(
-            results, "start_up_train", "fuzzy_folded",
+            results, "start_up", "fuzzy_folded",
             "Start-up on +6 ‰, fuzzy PID: coupler forces, vehicle × time (ours)",
         ),
         "space_time_braking": space_time(
-            results, "braking_train", "fuzzy_folded",
+            results, "braking", "fuzzy_folded",
             "Cyclic braking on −6 ‰, fuzzy PID: coupler forces, vehicle × time (ours)",
         ),
         "convergence": _convergence(results),
@@ -46,16 +47,12 @@ def train_figures(results: Results) -> "dict[str, Figure]":
     }  # fmt: skip
 
 
-def _joints(run: Any) -> list[int]:
-    return [i for i in range(1, 1000) if f"train.coupler[{i}].force" in run.columns]
-
-
 def space_time(results: Results, experiment: str, name: str, title: str) -> "Figure":
     """Return the forces (kN) of all couplers as a picture over time and place in the train."""
     figure, (axis,) = panels(title, height=5.0)
     run = results.runs.get((experiment, name))
     if run is not None:
-        joints = _joints(run)
+        joints = joints_of(run)
         every = max(1, len(run.time) // 1200)
         forces = np.stack([run[f"train.coupler[{i}].force"][::every] for i in joints]) / 1e3
         most = float(np.abs(forces).max()) or 1.0
@@ -72,9 +69,15 @@ def space_time(results: Results, experiment: str, name: str, title: str) -> "Fig
 
 
 def _extremes(axis: "Axes", run: Any, look: dict[str, Any], text: str) -> None:
-    joints = _joints(run)
-    for end, name in (("highest", text), ("lowest", None)):
-        values = [run[f"train.coupler[{i}].{end}"][-1] / 1e3 for i in joints]
+    """Draw the extremes over all inner steps where the run has them, else over its rows."""
+    joints = joints_of(run)
+    for end, of_rows, name in (("highest", np.max, text), ("lowest", np.min, None)):
+        ports = [f"train.coupler[{i}].{end}" for i in joints]
+        values = [
+            (run[port][-1] if port in run.columns else of_rows(run[f"train.coupler[{i}].force"]))
+            / 1e3
+            for i, port in zip(joints, ports, strict=True)
+        ]
         axis.plot(joints, values, label=name, **look)
 
 
@@ -113,8 +116,8 @@ def _envelope(results: Results) -> "Figure":
     runs = {
         ("violent_start", "incremental_1000us"): ("#999999", "violent start, level"),
         ("open_loop_start", "open_loop"): ("#E69F00", "40 kN/s on +6 ‰"),
-        ("start_up_train", "fuzzy_folded"): ("#D55E00", "start-up, fuzzy PID"),
-        ("braking_train", "fuzzy_folded"): ("#0072B2", "cyclic braking, fuzzy PID"),
+        ("start_up", "fuzzy_folded"): ("#D55E00", "start-up, fuzzy PID"),
+        ("braking", "fuzzy_folded"): ("#0072B2", "cyclic braking, fuzzy PID"),
     }
     for key, (colour, text) in runs.items():
         run = results.runs.get(key)

@@ -14,7 +14,7 @@ from .newmark import simulate
 from .train_cases import FORMS, HIGHEST, VIOLENT, open_loop
 
 WATCHED = 20  # the coupler whose loop is drawn: behind a set, so it has slack
-NEWMARK_STEP = 0.001  # s
+NEWMARK_STEP = 0.002  # s
 # (s, N): pulled, eased, pulled further, let go, pushed and let go.
 CYCLE = (
     (0.0, 0.0), (15.0, 700e3), (25.0, 250e3), (40.0, 1300e3), (55.0, 0.0), (75.0, -500e3),
@@ -33,7 +33,7 @@ def gear_cases() -> list[Case]:
 
 def _loop(form: Hysteresis) -> Case:
     values = {"initial_speed": 10.0}
-    diagram = open_loop("gear_loop", Profile(CYCLE, unit="N"), values, coupler=form)
+    diagram = open_loop("gear_loop", Profile(CYCLE, unit="N"), values, hysteresis=form)
     ports = (
         f"train.coupler[{WATCHED}].force", f"train.vehicle[{WATCHED}].position",
         f"train.vehicle[{WATCHED + 1}].position", f"train.vehicle[{WATCHED}].speed",

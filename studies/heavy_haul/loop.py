@@ -6,7 +6,8 @@ from pathlib import Path
 from typing import Any
 
 from ...controllers import SamplePID
-from ...cosim import Block, Constant, Diagram, Fmu, Gain, Lag, Noise, Profile, Sum
+from ...cosim import Block, Constant, Diagram, Fmu, Gain, Lag, Noise, Sum
+from ...cosim.blocks.source import Source
 from ...fmus import build
 from ...models.consist import Consist, coal_train
 from ...models.heavy_haul import Hysteresis, heavy_haul_train
@@ -17,15 +18,15 @@ COUPLER = 2  # behind the second locomotive; our choice
 
 
 def train_fmu(
-    consist: Consist | None = None, *, coupler: Hysteresis = "incremental", gradients: int = 1
+    consist: Consist | None = None, *, hysteresis: Hysteresis = "incremental", gradients: int = 1
 ) -> Path:
     """Return the train's FMU, built if need be; without a consist it is the paper's."""
-    return _built(coal_train() if consist is None else consist, coupler, gradients)
+    return _built(coal_train() if consist is None else consist, hysteresis, gradients)
 
 
 @cache
-def _built(consist: Consist, coupler: Hysteresis, gradients: int) -> Path:
-    return build(heavy_haul_train(consist, coupler=coupler, gradients=gradients))
+def _built(consist: Consist, hysteresis: Hysteresis, gradients: int) -> Path:
+    return build(heavy_haul_train(consist, hysteresis=hysteresis, gradients=gradients))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -37,7 +38,7 @@ class Loop:
     """
 
     name: str
-    target: Profile
+    target: Source
     values: tuple[tuple[str, float], ...] = ()
     measured: str = f"coupler[{COUPLER}].force"
     reduction: Block = RELEASED

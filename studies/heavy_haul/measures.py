@@ -15,7 +15,6 @@ KILONEWTON = 1e3
 KWH = 3.6e6
 ENDING = 20.0  # s
 SWING = 0.5  # s
-JOINTS = range(1, 102)
 
 
 def extremes(run: Run) -> Metrics:
@@ -139,12 +138,17 @@ def _overshoot(time: Floats, force: Floats, target: Floats, begin: float, end: f
     return max(0.0, 100.0 * (float(np.max((force[inside] - before) / height)) - 1.0))
 
 
+def joints_of(run: Run) -> list[int]:
+    """Return the couplers whose forces a run has kept."""
+    return [i for i in range(1, 1000) if f"train.coupler[{i}].force" in run.columns]
+
+
 def whole_train(run: Run) -> Metrics:
     """Return the extremes over all inner steps, and the RMS over time and couplers, in kN.
 
     The run has the forces of all couplers, and their extremes.
     """
-    joints = [i for i in JOINTS if f"train.coupler[{i}].force" in run.columns]
+    joints = joints_of(run)
     squares = [float(np.mean(run[f"train.coupler[{i}].force"] ** 2)) for i in joints]
     highest = np.array([run[f"train.coupler[{i}].highest"][-1] for i in joints])
     lowest = np.array([run[f"train.coupler[{i}].lowest"][-1] for i in joints])

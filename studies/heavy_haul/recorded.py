@@ -1,14 +1,18 @@
 """Which signals the runs keep."""
 
+from ...models.consist import coal_train
 from .loop import COUPLER
 
+SIZE = coal_train().size
 ENERGY = tuple(f"train.energy.{name}" for name in ("traction", "kinetic", "potential", "residual"))
 EXTREMES = tuple(
     f"train.coupler_{name}" for name in ("maximum", "maximum_at", "minimum", "minimum_at")
 )
 TRAIN = ("train.speed", "train.position", *EXTREMES, *ENERGY)
-LAST = "train.vehicle[102].speed"
+LAST = f"train.vehicle[{SIZE}].speed"
 SHOWN = (1, 2, 3, 4)  # couplers of the paper's figures 7 and 8
+MEASURED = f"coupler[{COUPLER}].force"
+FORCES = tuple(f"train.coupler[{i}].force" for i in range(1, SIZE))
 
 
 def tracked(measured: str, *, gains: bool) -> tuple[str, ...]:
@@ -31,6 +35,3 @@ def whole(size: int) -> tuple[str, ...]:
         *TRAIN,
         *(f"train.coupler[{i}].{name}" for name in ("force", "highest", "lowest") for i in joints),
     )
-
-
-MEASURED = f"coupler[{COUPLER}].force"

@@ -10,43 +10,33 @@ from ...models.consist import coal_train
 from ..case import Case
 from .controllers import FORCE, INFERENCE, PER_SECOND, SPEED
 from .loop import Loop
-from .measures import force_steps, on_coupler, speed_tracking, whole_train_and_energy
-from .recorded import MEASURED, tracked, whole
-from .targets import (
-    BRAKING,
-    DOWNHILL_SPEED,
-    START_UP,
-    STEPS,
-    braking_force,
-    braking_speed,
-    profile,
-    reductions,
-    start_up_force,
-    start_up_speed,
-    step_force,
-)
+from .measures import force_steps, on_coupler, speed_tracking
+from .recorded import FORCES, MEASURED, tracked
+from .targets import BRAKING, DOWNHILL_SPEED, START_UP, STEPS, reductions, target
 
 UPHILL = (("gradient[1]", 6.0),)
 DOWNHILL = (("gradient[1]", -6.0), ("initial_speed", DOWNHILL_SPEED))
-SIZE = 102  # vehicles
-EVERY, SELDOM = 5, 50  # samples
+EVERY = 5  # samples
 LAG, NOISE = 0.1, 2e3  # s and N; ours
 STEP_TIMES = ((60.0, 75.0), (75.0, 90.0), (90.0, 105.0), (105.0, 110.0))  # s, each a jump
 UPWARDS = (STEP_TIMES[0], STEP_TIMES[3])
 FREE = ("pid", "pid_fast", "fuzzy_literal_little", "fuzzy_folded")
 LAGGED = ("pid", "fuzzy_literal_little", "fuzzy_folded")
 NOISY = ("pid", "fuzzy_folded")
+WHOLE = "fuzzy_folded"  # whose runs keep all couplers
+SWING, DAMPED = 32.0, 1e5  # s, and N·s/m: twice the damping
+FINE = 2.5e-4  # s
 
 
 def start_up() -> Loop:
     """Return the start-up on +6 ‰ by coupler force."""
-    return Loop(name="start_up", target=profile(start_up_force, START_UP, "N"), values=UPHILL)
+    return Loop(name="start_up", target=target("start_up_force"), values=UPHILL)
 
 
 def braking() -> Loop:
     """Return the cyclic braking on −6 ‰ by coupler force."""
     return Loop(
-        name="braking", target=profile(braking_force, BRAKING, "N"), values=DOWNHILL,
+        name="braking", target=target("braking_force"), values=DOWNHILL,
         reduction=reductions(BRAKING),
     )  # fmt: skip
 
@@ -54,27 +44,28 @@ def braking() -> Loop:
 def tracking_cases() -> list[Case]:
     """Return the cases of tracking; builds the train's FMU."""
     up, down = start_up(), braking()
-    found = _force(up, START_UP, FORCE | PER_SECOND | INFERENCE)
-    found += _force(down, BRAKING, FORCE)
+    found = _force(up, START_UP, FORCE | PER_SECOND | INFERENCE, whole=True)
+    found += _force(down, BRAKING, FORCE, whole=True)
     found += _force(_rolling(up), START_UP, _some(FREE))
     for loop, stop in ((up, START_UP), (down, BRAKING)):
         found += _force(loop.with_disturbance("lag", lag=LAG), stop, _some(LAGGED))
         found += _force(loop.with_disturbance("noise", noise=NOISE), stop, _some(NOISY))
-    steps = Loop(name="steps", target=profile(step_force, STEPS, "N"), values=UPHILL)
+    steps = Loop(name="steps", target=target("step_force"), values=UPHILL)
     found += [
         replace(case, measure=partial(force_steps, measured=MEASURED, steps=UPWARDS))
         for case in _force(steps, STEPS, FORCE)
     ]
-    return [*found, *_speed(up, down), *_whole(up, down)]
+    return [*found, *_swinging(down), *_speed(up, down)]
 
 
 def _some(names: Iterable[str]) -> dict[str, SamplePID]:
     return {name: FORCE[name] for name in names}
 
 
-def _kept(measured: str, controller: SamplePID) -> Recording:
+def _kept(measured: str, controller: SamplePID, *, whole: bool = False) -> Recording:
     """Return what a run keeps, every 10 ms: enough to see a swing at 4 Hz, and a small file."""
-    return Recording(tracked(measured, gains=isinstance(controller, FuzzyPID)), EVERY)
+    ports = tracked(measured, gains=isinstance(controller, FuzzyPID))
+    return Recording(tuple(dict.fromkeys(ports + FORCES if whole else ports)), EVERY)
 
 
 def _rolling(loop: Loop) -> Loop:
@@ -86,7 +77,9 @@ def _rolling(loop: Loop) -> Loop:
     return replace(loop, name=f"{loop.name}_rolling", values=loop.values + rest)
 
 
-def _force(loop: Loop, stop: float, controllers: Mapping[str, SamplePID]) -> list[Case]:
+def _force(
+    loop: Loop, stop: float, controllers: Mapping[str, SamplePID], *, whole: bool = False
+) -> list[Case]:
     return [
         Case(
             loop.name,
@@ -94,7 +87,7 @@ def _force(loop: Loop, stop: float, controllers: Mapping[str, SamplePID]) -> lis
             loop.diagram(controller),
             stop,
             on_coupler(loop.measured),
-            record=_kept(loop.measured, controller),
+            record=_kept(loop.measured, controller, whole=whole and name == WHOLE),
             seeds={"noise": loop.seed} if loop.noise > 0.0 else {},
             long=True,
         )
@@ -102,13 +95,29 @@ def _force(loop: Loop, stop: float, controllers: Mapping[str, SamplePID]) -> lis
     ]
 
 
+def _swinging(down: Loop) -> Iterable[Case]:
+    """Yield the first application under PID: as it is, and with what ends the swing or does not."""
+    pid = SamplePID()
+    damped = tuple((f"coupler[{i}].damping", DAMPED) for i in range(1, coal_train().size))
+    fine = (("solver.inner_step", FINE),)
+    variants = {
+        "pid": (pid, ()),
+        "pid_tenth": (SamplePID(kp=pid.kp / 10.0, ki=pid.ki / 10.0, kd=pid.kd / 10.0), ()),
+        "pid_filtered": (SamplePID(filter_time=0.02), ()),
+        "pid_damped": (pid, damped),
+        "pid_fine_steps": (pid, fine),
+    }
+    for name, (controller, values) in variants.items():
+        loop = replace(down, name="swing", values=down.values + values)
+        (case,) = _force(loop, SWING, {name: controller})
+        yield case
+
+
 def _speed(up: Loop, down: Loop) -> Iterable[Case]:
     loops = (
-        (replace(up, name="start_up_speed", target=profile(start_up_speed, START_UP, "m/s")),
-         START_UP),
-        (replace(down, name="braking_speed", target=profile(braking_speed, BRAKING, "m/s")),
-         BRAKING),
-    )  # fmt: skip
+        (replace(up, name="start_up_speed", target=target("start_up_speed")), START_UP),
+        (replace(down, name="braking_speed", target=target("braking_speed")), BRAKING),
+    )
     for loop, stop in loops:
         for name, controller in SPEED.items():
             yield Case(
@@ -120,17 +129,3 @@ def _speed(up: Loop, down: Loop) -> Iterable[Case]:
                 record=_kept("speed", controller),
                 long=True,
             )
-
-
-def _whole(up: Loop, down: Loop) -> Iterable[Case]:
-    """Yield runs that keep all couplers, ten times a second."""
-    for loop, stop in ((up, START_UP), (down, BRAKING)):
-        yield Case(
-            f"{loop.name}_train",
-            "fuzzy_folded",
-            replace(loop, name=f"{loop.name}_train").diagram(FORCE["fuzzy_folded"]),
-            stop,
-            whole_train_and_energy,
-            record=Recording(whole(SIZE), SELDOM),
-            long=True,
-        )

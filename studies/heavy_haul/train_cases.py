@@ -6,9 +6,8 @@ from ...models.heavy_haul import Hysteresis
 from ..case import Case
 from .loop import train_fmu
 from .measures import whole_train_and_energy
-from .recorded import whole
+from .recorded import SIZE, whole
 
-SIZE = 102
 FORMS: tuple[Hysteresis, ...] = ("incremental", "dahl", "switching")
 INNER_STEPS = (0.005, 0.002, 0.001, 0.0005)  # s
 DAMPINGS = (0.0, 2.5e4, 5e4, 1e5)  # N·s/m
@@ -25,13 +24,13 @@ def ramp(rate: float, stop: float) -> Profile:
 
 
 def open_loop(
-    name: str, force: Profile, values: dict[str, float], *, coupler: Hysteresis = "incremental"
+    name: str, force: Profile, values: dict[str, float], *, hysteresis: Hysteresis = "incremental"
 ) -> Diagram:
     """Return the paper's train under a force that is given."""
     diagram = Diagram(name, step=STEP)
     diagram.add("demand", force)
     diagram.add("release", Constant(0.0, unit="kPa"))
-    diagram.add("train", Fmu.with_values(train_fmu(coupler=coupler), values))
+    diagram.add("train", Fmu.with_values(train_fmu(hysteresis=hysteresis), values))
     diagram.connect("demand.y", "train.group[1].force")
     diagram.connect("release.y", "train.group[1].reduction")
     return diagram
@@ -39,7 +38,7 @@ def open_loop(
 
 def train_cases() -> list[Case]:
     """Return the cases; builds the FMUs of all three hysteresis forms and of three consists."""
-    return [*_violent(), *_damped(), _gentle(), *_waves()]
+    return [*_violent(), _free(), *_damped(), _gentle(), *_waves()]
 
 
 def _case(experiment: str, name: str, diagram: Diagram, stop: float, size: int = SIZE) -> Case:
@@ -54,10 +53,20 @@ def _violent() -> list[Case]:
     for form in FORMS:
         for inner in INNER_STEPS:
             values = {"solver.inner_step": inner}
-            diagram = open_loop("violent_start", ramp(VIOLENT, 25.0), values, coupler=form)
+            diagram = open_loop("violent_start", ramp(VIOLENT, 25.0), values, hysteresis=form)
             name = f"{form}_{inner_name(inner)}"
             found.append(_case("violent_start", name, diagram, 25.0))
     return found
+
+
+def _free() -> Case:
+    """Return the violent start of a train without a greater resistance at rest."""
+    values = {
+        f"vehicle[{number}].resistance_starting": vehicle.resistance.constant
+        for number, vehicle in enumerate(coal_train().vehicles, 1)
+    }
+    diagram = open_loop("violent_start", ramp(VIOLENT, 25.0), values)
+    return _case("violent_start", "incremental_rolling", diagram, 25.0)
 
 
 def inner_name(step: float) -> str:

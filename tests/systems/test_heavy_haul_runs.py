@@ -77,14 +77,14 @@ def test_the_peak_of_a_violent_start_does_not_depend_on_the_inner_step(start, fm
 
 def test_with_naive_switching_it_does(start) -> None:
     """The negative control: the same train with a gear that switches on the speed's sign."""
-    found = peaks(start, build(heavy_haul_train(TRAIN, coupler="switching")))
+    found = peaks(start, build(heavy_haul_train(TRAIN, hysteresis="switching")))
     assert max(found) > 1.04 * min(found)
     assert abs(found[0] - found[-1]) > 0.04 * found[-1]
 
 
 @pytest.mark.slow
 def test_the_dahl_form_converges_too(start) -> None:
-    path = build(heavy_haul_train(TRAIN, coupler="dahl"))
+    path = build(heavy_haul_train(TRAIN, hysteresis="dahl"))
     found = peaks(start, path)
     assert found == pytest.approx([found[-1]] * len(STEPS), rel=0.01)
     train = start({}, path=path)

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from railcosim import Constant, Diagram, Fmu, Profile, Run
+from railcosim.base.errors import ParameterError
 from railcosim.controllers import FuzzyPID, SamplePID
 from railcosim.fmus import build
 from railcosim.models import heavy_haul_train
@@ -15,7 +16,13 @@ from railcosim.studies.case import Case, run_cases
 from railcosim.studies.heavy_haul import STUDY
 from railcosim.studies.heavy_haul.experiments import cases_without_handling
 from railcosim.studies.heavy_haul.measures import swing
-from railcosim.studies.heavy_haul.targets import braking_force, profile, smooth, start_up_force
+from railcosim.studies.heavy_haul.targets import (
+    Target,
+    braking_force,
+    smooth,
+    start_up_force,
+    target,
+)
 from railcosim.studies.metrics import UNITS
 from railcosim.studies.results import Results
 
@@ -34,10 +41,12 @@ def tracked(fmu: Path, controller: SamplePID, sign: float) -> Run:
         for i in range(1, WAGONS + 3)
         for name in ("constant", "linear", "quadratic", "starting")
     }
-    times = np.arange(0.0, 25.0, 0.1)
-    force = sign * 120e3 * (smooth((times - 1.0) / 4.0) - 2.0 * smooth((times - 10.0) / 6.0))
+    points = [
+        (t, sign * 120e3 * (smooth((t - 1.0) / 4.0) - 2.0 * smooth((t - 10.0) / 6.0)))
+        for t in (0.1 * k for k in range(250))
+    ]
     loop = Diagram("mirror", step=0.002)
-    loop.add("target", Profile(tuple(zip(times.tolist(), force.tolist(), strict=True)), unit="N"))
+    loop.add("target", Profile(tuple(points), unit="N"))
     loop.add("controller", controller)
     loop.add("released", Constant(0.0, unit="kPa"))
     loop.add("train", Fmu.with_values(fmu, {"initial_speed": 15.0, **zero}))
@@ -51,26 +60,31 @@ def tracked(fmu: Path, controller: SamplePID, sign: float) -> Run:
 
 
 def test_a_mirrored_target_gives_a_mirrored_response(fmu: Path) -> None:
+    controllers = {
+        "folded": FuzzyPID(), "folded_little": FuzzyPID(extreme=2.0),
+        "literal_little": FuzzyPID(reading="literal", extreme=2.0),
+    }  # fmt: skip
     apart = {}
-    for reading in ("folded", "literal"):
-        up, down = (tracked(fmu, FuzzyPID(reading=reading, extreme=2.0), s) for s in (1.0, -1.0))
+    for name, controller in controllers.items():
+        up, down = (tracked(fmu, controller, sign) for sign in (1.0, -1.0))
         forces = [run["train.coupler[2].force"] for run in (up, down)]
-        apart[reading] = float(np.max(np.abs(forces[0] + forces[1])))
+        apart[name] = float(np.max(np.abs(forces[0] + forces[1])))
         assert np.max(np.abs(forces[0])) > 100e3
     assert apart["folded"] < 1.0  # N: rounding of places after 400 m
-    assert apart["literal"] > 1e3
+    assert apart["folded_little"] < 1.0
+    assert apart["literal_little"] > 1e3
 
 
-def test_the_targets_are_the_sheets() -> None:
+def test_the_targets_are_as_documented() -> None:
     """Formulas retyped: 1060 kN S((t − 1)/40); −350/−150 kN, 10 s between, times S(t/15)."""
-    times = np.array([0.0, 1.0, 21.0, 41.0, 90.0])
-    assert start_up_force(times) == pytest.approx([0.0, 0.0, 530e3, 1060e3, 1060e3])
-    times = np.array([0.0, 7.5, 18.0, 25.0, 40.0, 85.0, 110.0, 145.0, 170.0])
+    times = (0.0, 1.0, 21.0, 41.0, 90.0)
+    assert [start_up_force(t) for t in times] == pytest.approx([0.0, 0.0, 530e3, 1060e3, 1060e3])
+    times = (0.0, 7.5, 18.0, 25.0, 40.0, 85.0, 110.0, 145.0, 170.0)
     expected = [0.0, -175e3, -350e3, -250e3, -150e3, -250e3, -350e3, -250e3, -150e3]
-    assert braking_force(times) == pytest.approx(expected)
-    held = profile(start_up_force, 90.0, "N")
-    fine = np.arange(0.0, 90.0, 0.002)
-    assert [held.output((), t) for t in fine] == pytest.approx(start_up_force(fine), abs=0.25)
+    assert [braking_force(t) for t in times] == pytest.approx(expected)
+    assert target("start_up_force").output((), 21.0) == start_up_force(21.0)
+    with pytest.raises(ParameterError, match="curve is one of start_up_force"):
+        Target(curve="start")
 
 
 def test_swing_is_the_greatest_change_within_half_a_second() -> None:

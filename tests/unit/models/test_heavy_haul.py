@@ -297,7 +297,7 @@ def test_every_law_is_the_references_with_vehicle_types_mixed() -> None:
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        ({"coupler": "sticky"}, "coupler must be one of incremental, dahl, switching"),
+        ({"hysteresis": "sticky"}, "hysteresis must be one of incremental, dahl, switching"),
         ({"gradients": 0}, "gradients is 1 to 1000, not 0"),
         ({"gradients": 2.0}, "gradients is 1 to 1000, not 2.0"),
         ({"consist": "coal"}, "'coal' is no Consist; see read_consist"),

@@ -33,7 +33,7 @@ class Joints:
     """A consist's joints, drawn along a path of stretches."""
 
     def __init__(self, consist: Consist, coupler: Any = "incremental") -> None:
-        plant = heavy_haul_train(consist, coupler=coupler)
+        plant = heavy_haul_train(consist, hysteresis=coupler)
         memories = [f"coupler[].{name}" for name in ("gear_force", "gear_work")]
         memories += ["coupler[].branch"] if coupler == "dahl" else []
         self.update = Laws(
