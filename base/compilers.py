@@ -21,6 +21,10 @@ from .progress import announced
 
 # Bit identity between compilers and machines: no contraction to fused multiply-add, no fast-math.
 FLAGS = ("-O2", "-g0", "-std=c99", "-ffp-contract=off", "-fvisibility=hidden", "-Wall", "-shared")
+# GCC's own, for a compiler that knows them. They change no result: without them GCC takes a clamp
+# between constants apart into branches and lets sqrt() set errno, so that a loop over vehicles,
+# cells and the like computes one element at a time.
+GCC_FLAGS = ("-fno-math-errno", "-fno-thread-jumps", "-fno-tree-pre")
 # By kind of library, NAME standing for its name. Without -g0, -s and the install name zig writes
 # the folder of the build into it; with them the same source gives the same bytes.
 KIND_FLAGS = {
@@ -138,10 +142,12 @@ def system_compiler() -> Compiler | None:
         if path is None:
             continue
         version = _version([path, *command[1:]])
-        # The arguments in $CC change what comes out, so they belong to the identity.
-        compiler = Compiler((path, *command[1:]), " ".join((version, *command[1:])))
-        if _works(compiler):
-            return compiler
+        for flags in (GCC_FLAGS, ()):
+            # Arguments, as those in $CC, change what comes out, so they belong to the identity.
+            given = (*command[1:], *flags)
+            compiler = Compiler((path, *given), " ".join((version, *given)))
+            if _works(compiler):
+                return compiler
     return None
 
 

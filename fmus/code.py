@@ -62,8 +62,6 @@ def plant_h(functions: Functions) -> str:
     if layout.plant.updates:
         places = [s.reference for n in layout.plant.updates for s in layout.scalars_of(n)]
         lines.append(_runs("updates", places))
-    if isinstance(layout.solver, SemiImplicitEuler):
-        lines += _halves(layout, layout.solver)
     return "\n".join(lines) + "\n"
 
 
@@ -87,7 +85,6 @@ def _counts(functions: Functions) -> list[str]:
         "SIZE_CHANGES": max(1, updates, *changes),
         "ADAPTIVE": int(method.adaptive), "STAGES": method.stages,
         "HAS_MODEL_EXCHANGE": int(not plant.frictions),
-        "SIZE_XS": max(n_x + sum(f.shape[0] for f in plant.frictions.values()), 1),
         "SIZE_MATRIX": dense * dense, "SIZE_PIVOT": dense,
         "SIZE_IW": functions.evaluation.integers, "SIZE_W": functions.evaluation.work,
     }  # fmt: skip
@@ -185,18 +182,6 @@ def _targets(layout: Layout, event: Event) -> list[tuple[int, int]]:
         (scalar.reference, scalar.index if event.size > 1 else -1)
         for name in event.changes
         for scalar in layout.scalars_of(name)
-    ]
-
-
-def _halves(layout: Layout, solver: SemiImplicitEuler) -> list[str]:
-    positions = [s.reference for s in layout.states if s.variable.name in solver.positions]
-    others = [s.reference for s in layout.states if s.variable.name not in solver.positions]
-    held = [s.reference for s in layout.states if s.variable.name in layout.plant.frictions]
-    return [
-        f"#define N_OTHERS {len(others)}",
-        _runs("frictions", held),
-        _runs("others", others),
-        _runs("positions", positions),
     ]
 
 

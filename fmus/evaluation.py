@@ -2,7 +2,9 @@
 
     name(t, x, u, p, iw, w, result)
 
-x and u are the states and inputs, p all values by value reference, iw and w memory to work in.
+t is the time, x and u are the states and inputs, p all values by value reference, iw and w memory
+to work in. A step's function (see `Functions`) finds after the time the step's length, and then the
+inputs at its end.
 Directional derivatives take a seed for each of the first four, dt, dx, du and dp, after them.
 The functions are loops (see `loops`) wherever that can be, else they call CasADi's C.
 """
@@ -54,14 +56,17 @@ def write_evaluation(
 ) -> Evaluation:
     """Write functions of time and `arguments` with one column as the result, and derivatives.
 
+    A step's function has its length and the inputs at its end as arguments after those.
+
     A derivative is CasADi's `forward(1)`, or called as that is: it has the function's own result as
     another argument, which is empty, and then the seeds.
     """
     places = [("t", 0, 1), *(_place(layout, variable) for variable in arguments)]
+    step = [("t", 1, 1), *(("t", 2 + at, n) for array, at, n in places if array == "u")]
     seeds = [(f"d{array}", first, length) for array, first, length in places]
     texts = [_START.format(_parameters(_GIVEN), _parameters((*_GIVEN, *_SEEDS)))]
     called, work = [], 0
-    jobs = [(f, _GIVEN, places) for f in functions]
+    jobs = [(f, _GIVEN, [*places, *step][: f.n_in()]) for f in functions]
     jobs += [(f, (*_GIVEN, *_SEEDS), [*places, ("0", 0, 0), *seeds]) for f in derivatives]
     for function, names, at in jobs:
         texts.append(f"static void {function.name()}({_parameters(names, 'restrict ')}) {{")

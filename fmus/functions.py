@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from functools import cached_property
 
 import casadi as ca
+import numpy as np
 
 from ..models.expressions import exact_expressions
 from ..models.solver import Rodas, SemiImplicitEuler
@@ -105,19 +106,41 @@ class Functions:
         return self._function("plant_update", list(self.plant.updates.values()))
 
     def _of_solver(self) -> list[ca.Function]:
-        solver, plant = self.layout.solver, self.plant
+        solver = self.layout.solver
         if isinstance(solver, SemiImplicitEuler):
-            names = [v.name for v in plant.variables("state")]
-            others = [plant.drives[name] for name in names if name not in solver.positions]
-            positions = [plant.drives[name] for name in names if name in solver.positions]
-            limits = [plant.frictions[name] for name in names if name in plant.frictions]
-            return [
-                self._function("plant_others", others + limits),
-                self._function("plant_positions", positions),
-            ]
+            return [self._step(solver)]
         if isinstance(solver, Rodas):
             return [self._jacobian()]
         return []
+
+    def _step(self, solver: SemiImplicitEuler) -> ca.Function:
+        """Return the states after a step of semi-implicit Euler; it is given two things more.
+
+        They are the step's length h and the inputs at its end. First come the other states, then
+        the positions with the others' new values. Dry friction is taken implicitly (Moreau's
+        time-stepping scheme): it takes from a state's new value what it can bear in the step, and
+        no more than brings it to exactly zero.
+        """
+        plant, h = self.plant, ca.MX.sym("h")
+        at_end = {v.name: ca.MX.sym(f"{v.name} at the end", v.length)
+                  for v in self.arguments if v.kind == "input"}  # fmt: skip
+        states = plant.variables("state")
+        new = dict(at_end)
+        for v in states:
+            if v.name not in solver.positions:
+                new[v.name] = v.symbol + h * plant.drives[v.name]
+                if v.name in plant.frictions:
+                    most = h * plant.frictions[v.name]
+                    new[v.name] -= ca.fmin(ca.fmax(new[v.name], -most), most)
+        positions = [v for v in states if v.name in solver.positions]
+        rates = self._function("rates", [plant.drives[v.name] for v in positions])
+        given = [plant.time + h, *(new.get(v.name, v.symbol) for v in self.arguments)]
+        (rate,) = rates.call(given, True, False)
+        ends = np.cumsum([0, *(v.length for v in positions)])
+        for v, first, last in zip(positions, ends, ends[1:], strict=False):
+            new[v.name] = v.symbol + h * rate[int(first) : int(last)]
+        result = ca.vertcat(*(new[v.name] for v in states))
+        return ca.Function("plant_step", [*self._symbols, h, *at_end.values()], [result])
 
     def _jacobian(self) -> ca.Function:
         """Return ∂f/∂x as a full matrix: a Rosenbrock method needs it exactly."""

@@ -190,7 +190,10 @@ class _Tracer:
         for k in range(len(z)):
             first = k // rows * inner
             pair = [x[k % rows :: rows], y[first : first + inner]]
-            sums.append(self.loops.add("{sum} + {0} * {1}", pair, inner, z[k : k + 1]))
+            text = "{sum} + {0} * {1}"
+            if self.loops.are_ones(pair[0]):  # CasADi's sum is a product with ones
+                text, pair = "{sum} + {0}", pair[1:]
+            sums.append(self.loops.add(text, pair, inner, z[k : k + 1]))
         return _joined(sums)
 
     def _moved(self, operation: int, node: ca.MX, operands: list[Codes]) -> Codes:

@@ -4,9 +4,8 @@ CasADi's own C for an MX function copies: scalars that are repeated, slices, vec
 joined. Here whatever only moves numbers costs nothing, because each element's place is known when
 the C is written: a value is an array of codes, one for each element, that say where it lies. What
 computes becomes lines in loops. Lines share a loop if their vectors are equally long, but for one
-element, and they read each other's results only from their own turn or the one before: so a chain
-of vehicles and couplers is one loop. The operations and their order are CasADi's, so the results
-have the same bits.
+element, and they read each other's results only from their own turn: then compilers compute several
+turns at once. The operations and their order are CasADi's, so the results have the same bits.
 """
 
 from collections.abc import Iterable, Sequence
@@ -74,6 +73,10 @@ class Loops:
         self.constants += values
         return np.arange(before, len(self.constants), dtype=np.int64)
 
+    def are_ones(self, column: Codes) -> bool:
+        """Return whether all elements of a column are the number 1."""
+        return places(column) == [0] and all(self.constants[i] == 1.0 for i in column)
+
     def source(self, place: int) -> Line | None:
         """Return the line whose result stands at a place; None for what is given."""
         first = len(self.names) + 1
@@ -124,7 +127,7 @@ class Loops:
         if not _is_like(line.count, count) or not _is_like(source.count, count):
             return False
         are_sums = source.start is not None or line.start is not None
-        return not are_sums and set(source.delays(column)) in ({0}, {1})
+        return not are_sums and not source.delays(column).any()
 
     def finish(self, result: Codes) -> None:
         """Set the result; drop what it does not need; move lines to where they are used first.

@@ -11,8 +11,14 @@ static const double *inputs_at(Instance *m, double t) {
 
 #define EACH_RUN(run, runs) for (run = runs; run < runs + sizeof runs / sizeof *runs; run++)
 
+/* `t` is the time and what else the function takes with it. */
+static void evaluate_at(Instance *m, Evaluated function, const double *t, const double *x,
+                        double *result) {
+    function(t, x, inputs_at(m, *t), m->now.value, m->iw, m->w, result);
+}
+
 static void evaluate(Instance *m, Evaluated function, double t, const double *x, double *result) {
-    function(&t, x, inputs_at(m, t), m->now.value, m->iw, m->w, result);
+    evaluate_at(m, function, &t, x, result);
 }
 
 static const double no_seeds[N_VALUES] = {0};
@@ -54,22 +60,23 @@ static int first_not_finite(const double *value, int from, int to) {
     return -1;
 }
 
-/* The first value in [from, to) that is not finite; -1 if all are. */
+/* The first value in [from, to) that is not finite; -1 if all are. A sum is finite only if its terms
+ * are; if it overflows, the search finds none. */
 static inline int not_finite(const double *value, int from, int to) {
     double sum = 0.0, a = 0.0, b = 0.0, c = 0.0, d = 0.0, e = 0.0, f = 0.0, g = 0.0;
     int i;
     for (i = from; i + 8 <= to; i += 8) { /* eight sums, so that none waits for another */
-        sum += value[i] * 0.0;
-        a += value[i + 1] * 0.0;
-        b += value[i + 2] * 0.0;
-        c += value[i + 3] * 0.0;
-        d += value[i + 4] * 0.0;
-        e += value[i + 5] * 0.0;
-        f += value[i + 6] * 0.0;
-        g += value[i + 7] * 0.0;
+        sum += value[i];
+        a += value[i + 1];
+        b += value[i + 2];
+        c += value[i + 3];
+        d += value[i + 4];
+        e += value[i + 5];
+        f += value[i + 6];
+        g += value[i + 7];
     }
-    for (; i < to; i++) sum += value[i] * 0.0;
-    return sum + (a + b + c) + (d + e + f + g) == 0.0 ? -1 : first_not_finite(value, from, to);
+    for (; i < to; i++) sum += value[i];
+    return isfinite(sum + (a + b + c) + (d + e + f + g)) ? -1 : first_not_finite(value, from, to);
 }
 
 /* The slope at the current time and states, computed once for all attempts of a step. */

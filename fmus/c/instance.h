@@ -53,9 +53,10 @@ typedef struct {
     casadi_int iw[SIZE_IW];
     double w[SIZE_W];
     double u[SIZE_U]; /* inputs at the time of an evaluation, when they are interpolated */
+    double step[2 + SIZE_U]; /* a step's time, its length, the inputs at its end */
     double seed[N_VALUES];
     double k[STAGES][SIZE_X]; /* slopes; the first one is kept from step to step */
-    double xs[SIZE_XS], x1[SIZE_X], f1[SIZE_X];
+    double xs[SIZE_X], x1[SIZE_X], f1[SIZE_X];
     double matrix[SIZE_MATRIX];
     int pivot[SIZE_PIVOT];
     int slope_known; /* k[0] belongs to the current time and states */

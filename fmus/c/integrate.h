@@ -62,11 +62,7 @@ static double controlled_step(Instance *m, double longest) {
 static int step_once(Instance *m, double limit, double length) {
     double taken = length;
     int bad, events = 0;
-#if N_Z || ADAPTIVE
     double *x1 = m->x1;
-#else
-    double *x1 = m->now.value;
-#endif
 #if N_Z
     if (!m->start_known) crossing_rates(m, m->now.time, m->now.value, slope(m), m->zd0);
     m->start_known = 1;
@@ -90,7 +86,7 @@ static int step_once(Instance *m, double limit, double length) {
         events = taken != whole;
     }
 #endif
-    if (x1 != m->now.value) memcpy(m->now.value, x1, N_X * sizeof(double));
+    memcpy(m->now.value, x1, N_X * sizeof(double));
     m->now.time = taken == length ? limit : m->now.time + taken;
     m->now.stale |= STALE_DERIVATIVES | STALE_OUTPUTS;
     m->slope_known = m->start_known = 0;

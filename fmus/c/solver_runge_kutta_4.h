@@ -1,4 +1,4 @@
-/* The classical Runge-Kutta method of order 4. x1 may be the states themselves. */
+/* The classical Runge-Kutta method of order 4. */
 static double attempt(Instance *m, double h, double *x1) {
     const double *x = m->now.value, *k1 = slope(m);
     double *xs = m->xs, *k2 = m->k[1], *k3 = m->k[2], *k4 = m->k[3];

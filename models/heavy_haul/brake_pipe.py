@@ -1,7 +1,6 @@
 """The brake pipe: the wave from the locomotives, and the one from the end-of-train device."""
 
-import math
-from typing import Any
+from typing import Any, NamedTuple
 
 import casadi as ca
 
@@ -9,7 +8,18 @@ from ..consist import Consist
 from ..plant import Plant
 from .mapping import mapped
 
-CLOSING = 100.0  # the device's wave ends over the last 1/100 before the locomotives' is as low
+PIPE = "reduction of the brake pipe's pressure at the vehicle"
+
+
+class Feed(NamedTuple):
+    """What feeds a vehicle's part of the pipe: group `upstream`, or after all groups a vehicle.
+
+    The wave has come by `way` (m), the vehicle's own length included, at `time` (s).
+    """
+
+    upstream: int
+    way: float
+    time: float
 
 
 def declare_pipe(plant: Plant, consist: Consist, length: Any) -> Any:
@@ -21,9 +31,9 @@ def declare_pipe(plant: Plant, consist: Consist, length: Any) -> Any:
     vehicle is fed by that group of locomotives whose wave reaches it first.
 
     An end-of-train device has a cascade of its own, from the last vehicle forwards, and the pipe's
-    reduction is the larger of the two. The device vents and never recharges: its wave goes on only
-    where the locomotives' has not yet brought the pipe as low, and ends where it has. So once both
-    have met it is the locomotives' release alone that is felt (our choice).
+    reduction is the larger of the two. The device vents and never recharges. Its cascade is that of
+    a lead, what it has over the other: where the locomotives' wave has brought the pipe as low,
+    there is none, and a release by the locomotives is not held up by what is behind (our choice).
     """
     groups = plant.input(
         "group[].reduction", unit="kPa", size=len(consist.groups), minimum=0.0, maximum=600.0,
@@ -50,45 +60,38 @@ def declare_pipe(plant: Plant, consist: Consist, length: Any) -> Any:
     )  # fmt: skip
     lags = (per_length, *speeds)
     if device is None:
-        pipe = _state(plant, consist, "reduction", "reduction of the brake pipe's pressure",
-                      output=True)  # fmt: skip
-        _feed_from_locomotives(plant, consist, pipe, groups, lags)
+        pipe = plant.state(
+            "vehicle[].pipe_reduction", unit="kPa", size=consist.size, minimum=0.0, nominal=100.0,
+            output=True, description=PIPE,
+        )  # fmt: skip
+        before = ca.vertcat(groups, pipe)[_upstream(consist), 0]
+        (rate,) = mapped("pipe_of_vehicle", _follow, pipe, before, *lags, count=consist.size)
+        plant.der(pipe, rate)
         return pipe
-    front = _state(plant, consist, "from_locomotives", "reduction that their wave brings")
-    rear = _state(plant, consist, "from_device", "reduction that the end-of-train device's wave "
-                  "brings as long as it is ahead of the locomotives'")  # fmt: skip
-    _feed_from_locomotives(plant, consist, front, groups, lags)
-    _feed_from_device(plant, consist, rear, front, device, lags)
-    (pipe,) = mapped(
-        "pipe_of_vehicle", lambda a, b: [a + _positive(b - a)], front, rear, count=consist.size
-    )
-    plant.output(
-        "vehicle[].pipe_reduction", pipe, unit="kPa", nominal=100.0,
-        description="reduction of the brake pipe's pressure at the vehicle",
-    )  # fmt: skip
-    return pipe
+    return _with_device(plant, consist, groups, device, lags)
 
 
-def feeds(consist: Consist) -> list[int]:
-    """Return what feeds each vehicle's part of the pipe: k is group k, of n, and n + i vehicle i.
+def feeds(consist: Consist) -> list[Feed]:
+    """Return, for each vehicle, whence the locomotives' brake wave reaches it first.
 
     The first group's command is there at once, the others' after the consist's radio delay. What
     counts is the wave of an application by the consist's own numbers; a release takes the same ways
     (our choice).
     """
-    times = [v.length / consist.application_speed for v in consist.vehicles]
-    best = [math.inf] * consist.size
-    found = [0] * consist.size
+    found: list[Feed | None] = [None] * consist.size
     groups = len(consist.groups)
     for k, group in enumerate(consist.groups):
+        delay, first = consist.radio_delay if k else 0.0, group[0]
         for step in (1, -1):
-            time, i = consist.radio_delay if k else 0.0, group[0]
+            way, i = 0.0, first
             while 0 <= i < consist.size:
-                time += times[i]
-                if time < best[i]:
-                    best[i], found[i] = time, k if i == group[0] else groups + i - step
+                way += consist.vehicles[i].length
+                time = delay + way / consist.application_speed
+                best = found[i]
+                if best is None or time < best.time:
+                    found[i] = Feed(k if i == first else groups + i - step, way, time)
                 i += step
-    return found
+    return [feed for feed in found if feed is not None]
 
 
 def lag(missing: Any, up: Any, down: Any) -> Any:
@@ -96,42 +99,57 @@ def lag(missing: Any, up: Any, down: Any) -> Any:
     return 0.5 * (up + down) * missing + 0.5 * (up - down) * ca.fabs(missing)
 
 
-def _state(plant: Plant, consist: Consist, name: str, text: str, *, output: bool = False) -> Any:
-    return plant.state(
-        f"vehicle[].pipe_{name}", unit="kPa", size=consist.size, minimum=0.0, nominal=100.0,
-        output=output, description=f"{text} at the vehicle",
+def _with_device(
+    plant: Plant, consist: Consist, groups: Any, device: Any, lags: tuple[Any, ...]
+) -> Any:
+    """Declare both cascades; return the larger reduction of each vehicle.
+
+    The lead q is a state, negative for a moment where the locomotives' wave r overtakes. While r
+    rises, r + q goes on as a cascade without r would; when it falls, q is left alone.
+    """
+    size = consist.size
+    pipe = plant.state(
+        "vehicle[].pipe_from_locomotives", unit="kPa", size=size, minimum=0.0, nominal=100.0,
+        description="reduction at the vehicle that the locomotives bring about",
+    )  # fmt: skip
+    lead = plant.state(
+        "vehicle[].pipe_lead", unit="kPa", size=size, nominal=100.0,
+        description="how far the end-of-train device's wave is ahead of that",
     )  # fmt: skip
 
-
-def _feed_from_locomotives(
-    plant: Plant, consist: Consist, pipe: Any, groups: Any, lags: tuple[Any, ...]
-) -> None:
-    def equations(r: Any, before: Any, per_length: Any, fast: Any, slow: Any) -> list[Any]:
-        return [lag(before - r, fast, slow) * per_length]
-
-    before = ca.vertcat(groups, pipe)[feeds(consist), 0]
-    (rate,) = mapped("pipe_from_locomotives", equations, pipe, before, *lags, count=consist.size)
-    plant.der(pipe, rate)
-
-
-def _feed_from_device(
-    plant: Plant, consist: Consist, pipe: Any, front: Any, device: Any, lags: tuple[Any, ...]
-) -> None:
     def equations(
-        r: Any, behind: Any, other: Any, per_length: Any, fast: Any, slow: Any
-    ) -> list[Any]:
-        # The smaller of what comes from behind and CLOSING times its lead over the other wave. It
-        # is in proportion, so a wave into a pipe without reduction keeps its shape and speed.
-        brought = behind - _positive(behind - CLOSING * _positive(behind - other))
-        return [lag(brought - r, fast, slow) * per_length]
+        r: Any, before: Any, q: Any, behind: Any, ahead: Any,
+        per_length: Any, fast: Any, slow: Any,
+    ) -> list[Any]:  # fmt: skip
+        (rate,) = _follow(r, before, per_length, fast, slow)
+        offered = _positive(_positive(ahead) - _positive(r - behind))
+        return [rate, lag(offered - q, fast, slow) * per_length - _positive(rate)]
 
-    behind = ca.vertcat(pipe[1:], device)
-    (rate,) = mapped(
-        "pipe_from_device", equations, pipe, behind, front, *lags, count=consist.size
-    )  # fmt: skip
+    # At the last vehicle the device is like a neighbour that has its lead over a full pipe.
+    before = ca.vertcat(groups, pipe)[_upstream(consist), 0]
+    behind, ahead = ca.vertcat(pipe[1:], 0.0), ca.vertcat(lead[1:], device)
+    rate, gain = mapped(
+        "pipe_of_vehicle", equations, pipe, before, lead, behind, ahead, *lags, count=size
+    )
     plant.der(pipe, rate)
+    plant.der(lead, gain)
+    (reduction,) = mapped(
+        "reduction_of_vehicle", lambda r, q: [r + _positive(q)], pipe, lead, count=size
+    )
+    plant.output(
+        "vehicle[].pipe_reduction", reduction, unit="kPa", nominal=100.0, description=PIPE
+    )  # fmt: skip
+    return reduction
+
+
+def _upstream(consist: Consist) -> list[int]:
+    return [feed.upstream for feed in feeds(consist)]
+
+
+def _follow(r: Any, before: Any, per_length: Any, fast: Any, slow: Any) -> list[Any]:
+    return [lag(before - r, fast, slow) * per_length]
 
 
 def _positive(x: Any) -> Any:
-    """Return the larger of x and 0; of a maximum compilers make a branch."""
+    """Return the larger of x and 0; of a maximum with zero compilers make a branch."""
     return 0.5 * (x + ca.fabs(x))

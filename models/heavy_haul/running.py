@@ -14,9 +14,10 @@ STARTING = (2.5, 5.0)  # km/h: the starting resistance fades into the formula; o
 
 
 class Running(NamedTuple):
-    """For every vehicle: its mass (kg), resistance (N, not negative), slope (‰), height (m)."""
+    """For every vehicle: mass (kg), length (m), resistance (N, from 0), slope (‰), height (m)."""
 
     mass: Any
+    length: Any
     resistance: Any
     slope: Any
     height: Any
@@ -70,7 +71,7 @@ def declare_running(
         "resistance_of_vehicle", _resistance, speed, mass, *coefficients, count=size
     )
     slope, height = _gradients(plant, position, length, gradients)
-    return Running(mass, resistance, slope, height)
+    return Running(mass, length, resistance, slope, height)
 
 
 def _resistance(v: Any, mass: Any, a: Any, b: Any, c: Any, starting: Any) -> list[Any]:

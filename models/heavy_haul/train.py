@@ -67,7 +67,7 @@ def heavy_haul_train(
         plant.der(displacement, speed)
         running = declare_running(plant, consist, displacement, speed, gradients=gradients)
         locomotives = declare_locomotives(plant, consist, speed)
-        shoes = declare_air_brake(plant, consist, speed)
+        shoes = declare_air_brake(plant, consist, speed, running.length)
         couplers = declare_couplers(plant, consist, hysteresis, displacement, speed)
         _motion(plant, couplers, running, locomotives.forces, shoes, speed)
         gear, stretch = update_couplers(plant, couplers, displacement, speed)

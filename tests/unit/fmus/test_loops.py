@@ -168,18 +168,18 @@ def test_random_neighbours(seed: int, tmp_path: Path) -> None:
     check(vectors(f"random{seed}", outputs, n), tmp_path)
 
 
-def test_a_chain_is_one_loop() -> None:
-    """Couplers and vehicles side by side, without an array in between."""
+def test_a_chain_is_two_loops() -> None:
+    """Couplers, then vehicles: no turn waits for the one before."""
 
     def outputs(x: Any, y: Any, s: Any, p: Any, q: Any, u: Any) -> list[ca.MX]:
         force = p * (x[:-1] - x[1:])
         return [ca.vertcat(u, force) - ca.vertcat(force, 0.0)]
 
-    text = Functions(Layout(vectors("one_loop", outputs))).evaluation.text
+    text = Functions(Layout(vectors("two_loops", outputs))).evaluation.text
     start = text.index("void plant_outputs(")
     body = text[start : text.index("\n}\n", start)]
-    assert body.count("for (") == 1
-    assert "w[" not in body
+    assert body.count("for (") == 2
+    assert body.index("w[i] = ") < body.index("- w[i]")
 
 
 def test_what_loops_cannot_express_is_casadis(tmp_path: Path) -> None:
