@@ -336,7 +336,9 @@ def _plant(options: Any) -> Any:
     from .models.heavy_haul import heavy_haul_train
 
     consist = None if options.consist is None else read_consist(options.consist)
-    return heavy_haul_train(consist, gradients=options.gradients or 1)
+    return heavy_haul_train(
+        consist, gradients=1 if options.gradients is None else options.gradients
+    )
 
 
 def _info(options: Any) -> None:

@@ -29,6 +29,7 @@ UNITS = {
     "max_force_rate": "kN/s",
     "rolled_back": "m",
     "largest_swing": "kN",
+    "rms_force_rate": "kN/s",
     "traction_energy": "kWh",
     "net_energy": "kWh",
     "energy_residual": "1",

@@ -47,12 +47,14 @@ class Study:
     def cases_on_line(self, **way: str | None) -> "list[Case]":
         """Return the cases of a run between two stops: `line` and `train` are files, or None.
 
-        Raise ParameterError for a study without a line, and where `from` or `to` is missing.
+        Raise ParameterError for a study without a line, naming what was given, and where `from` or
+        `to` is missing.
         """
         from ..models.line import beijing_line_5, metro_b, read_line, read_train
 
         if self.on_line is None:
-            raise ParameterError(f"the study '{self.name}' has no line: it takes no --line")
+            given = " and ".join(f"--{key}" for key, value in way.items() if value is not None)
+            raise ParameterError(f"the study '{self.name}' has no line: it takes no {given}")
         line = beijing_line_5() if way["line"] is None else read_line(Path(way["line"]))
         train = metro_b() if way["train"] is None else read_train(Path(way["train"]))
         origin, target = way["from"], way["to"]

@@ -8,6 +8,7 @@ from typing import Any, Self
 
 from ...base.ops import clip
 from ...cosim.block import Block, require, require_finite, require_positive
+from .checks import require_kind
 from .handling import Handling
 from .notches import lever
 
@@ -53,6 +54,7 @@ class HandlingDriver(Block):
     @classmethod
     def along(cls, handling: Handling, **options: Any) -> Self:
         """Return a driver by a handling; `options` are the block's other fields."""
+        require_kind(cls.__name__, "handling", handling, Handling, "optimal_handling gives one")
         return cls(
             position=tuple(handling.position.tolist()),
             speed=tuple(handling.speed.tolist()),

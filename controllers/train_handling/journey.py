@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from ...base.errors import ParameterError
+from .checks import require_numbers, require_section
 
 if TYPE_CHECKING:
     from ...models.line import Section
@@ -29,9 +30,14 @@ class Journey:
     end: float = math.nan
 
     def __post_init__(self) -> None:
-        if math.isnan(self.end):
-            object.__setattr__(self, "end", self.section.length)
+        require_section("journey", self.section)
         name = f"journey on '{self.section.name}'"
+        if isinstance(self.end, float) and math.isnan(self.end):
+            object.__setattr__(self, "end", self.section.length)
+        require_numbers(
+            name, start_speed=self.start_speed, end_speed=self.end_speed, time=self.time,
+            start=self.start, end=self.end,
+        )  # fmt: skip
         if not 0.0 <= self.start < self.end <= self.section.length:
             raise ParameterError(
                 f"{name}: must lead forward within 0 to {self.section.length:g} m, not from "
@@ -79,8 +85,9 @@ class Aims:
     span: float = 30.0
 
     def __post_init__(self) -> None:
+        require_numbers("aims", **vars(self))
         weights = (self.rms, self.peak, self.rate, self.energy)
-        if not all(math.isfinite(w) and w >= 0.0 for w in weights) or self.rms + self.rate <= 0.0:
+        if min(weights) < 0.0 or self.rms + self.rate <= 0.0:
             raise ParameterError(
                 f"aims: weights must be numbers from 0, rms or rate above it, not {weights}"
             )

@@ -5,6 +5,7 @@ import math
 import numpy as np
 
 from ...base.errors import ParameterError
+from .checks import require_kind, require_numbers
 from .handling import Handling
 from .rigid import RigidTrain
 
@@ -35,7 +36,10 @@ def notched(
     place. It is what `HandlingDriver` does, told beforehand. All our choice. Raise ParameterError
     for numbers that are not positive, and for a train that would halt.
     """
-    if not all(math.isfinite(x) and x > 0.0 for x in (notch, gain, rate)):
+    require_kind("notched", "handling", handling, Handling, "optimal_handling gives one")
+    require_kind("notched", "rigid", rigid, RigidTrain, "write RigidTrain(train=…, section=…)")
+    require_numbers("notched", notch=notch, gain=gain, rate=rate)
+    if min(notch, gain, rate) <= 0.0:
         raise ParameterError(
             f"notched: notch, gain and rate must be positive, not {notch!r}, {gain!r}, {rate!r}"
         )

@@ -1,10 +1,12 @@
 """The handling that keeps coupler forces low, in a given time."""
 
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 
 from ...base.errors import ConvergenceError, ParameterError, RailcosimError
+from .checks import require_kind, require_numbers
 from .handling import Array, Handling
 from .journey import Aims, Journey
 from .program import Program, Values
@@ -38,10 +40,13 @@ def optimal_handling(
     one. CasADi and IPOPT solve it; all is our choice. Raise ParameterError for a time that cannot
     be, naming one that can, and ConvergenceError if no solution is found.
     """
+    _check_kinds(train, journey, aims)
+    require_numbers("handling", node=node, rate=rate, share=share)
     if not node > 0.0 or not rate > 0.0 or not 0.0 < share <= 1.0:
         raise ParameterError("handling: node and rate must be positive, share within 0 to 1")
     if air_brake and train.brake is None:
-        raise ParameterError("handling: the train has no air brake to plan with; see ReducedTrain")
+        why = train.without_brake or "it has none; see ReducedTrain"
+        raise ParameterError(f"handling: the train has no air brake to plan with: {why}")
     program = Program(
         train=train, journey=journey, aims=aims or Aims(), node=node, rate=rate, share=share,
         air=air_brake,
@@ -53,6 +58,13 @@ def optimal_handling(
     if found is None:
         raise _refusal(program)
     return handling_of(program, found)
+
+
+def _check_kinds(train: Any, journey: Any, aims: Any) -> None:
+    require_kind("handling", "train", train, ReducedTrain, "reduced_train(consist) gives one")
+    require_kind("handling", "journey", journey, Journey, "see Journey")
+    if aims is not None:
+        require_kind("handling", "aims", aims, Aims, "write aims=Aims(rms=1.0), or leave it out")
 
 
 def _with_brake(program: Program, free: Values, least: float) -> Values | None:

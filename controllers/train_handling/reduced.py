@@ -105,6 +105,7 @@ class ReducedTrain:
     - `shares` of the locomotives' force that the vehicle has; they add up to 1.
     - `traction` and `electric_brake` of all locomotives together.
     - `brake` of each vehicle for which `braked` is true; None if the air brake is not to be used.
+      `without_brake` says why, to whoever wants to plan with it.
 
     Raise ParameterError for a train that cannot be.
     """
@@ -117,6 +118,7 @@ class ReducedTrain:
     electric_brake: ForceCurve
     braked: tuple[bool, ...] = ()
     brake: ReducedBrake | None = None
+    without_brake: str = ""
 
     def __post_init__(self) -> None:
         size = len(self.masses)

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ...base.railway import GRAVITY_PER_MILLE, KILOMETRES_PER_HOUR
+from .checks import require_kind, require_section
 from .reduced import ReducedTrain
 
 if TYPE_CHECKING:
@@ -26,11 +27,17 @@ class RigidTrain:
 
     what is in front does not matter. This is exact as long as all vehicles accelerate alike: forces
     in a chain follow from equilibrium, whatever the draft gears' curves. What it leaves out are the
-    waves in the train and the run-ins and run-outs of its slack. Our choice.
+    waves in the train and the run-ins and run-outs of its slack. Our choice. Raise ParameterError
+    for what is no train or no section.
     """
 
     train: ReducedTrain
     section: "Section"
+
+    def __post_init__(self) -> None:
+        remedy = "reduced_train(consist) gives one"
+        require_kind("rigid train", "train", self.train, ReducedTrain, remedy)
+        require_section("rigid train", self.section)
 
     @cached_property
     def behind(self) -> Array:

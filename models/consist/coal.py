@@ -35,8 +35,8 @@ def hxd1(*, axle_load: int = 25) -> Vehicle:
     choice. Resistance: paper. The air brake of the locomotive is not used: our choice.
     Raise ParameterError for another axle load.
     """
-    if axle_load not in _MASS:
-        raise ParameterError(f"an HXD1 has an axle load of 25 or 23 t, not {axle_load}")
+    if axle_load not in tuple(_MASS):
+        raise ParameterError(f"an HXD1 has an axle load of 25 or 23 t, not {axle_load!r}")
     return Vehicle(
         name="HXD1",
         mass=_MASS[axle_load],
@@ -126,7 +126,7 @@ def coal_train(
 
 def _check_count(field: str, value: int, least: int) -> None:
     if isinstance(value, bool) or not isinstance(value, int) or not least <= value <= LONGEST:
-        raise ParameterError(f"coal train: {field} must be {least} to {LONGEST}, not {value}")
+        raise ParameterError(f"coal train: {field} must be {least} to {LONGEST}, not {value!r}")
 
 
 def _before(locomotives: int, wagons: int, distributed: bool | Sequence[int]) -> list[int]:
@@ -135,6 +135,12 @@ def _before(locomotives: int, wagons: int, distributed: bool | Sequence[int]) ->
         leading = (locomotives + 1) // 2 if distributed else locomotives
         middle = round(wagons / 2 / IN_A_SET) * IN_A_SET
         return [0] * leading + [middle] * (locomotives - leading)
+    whole = isinstance(distributed, Sequence) and all(type(count) is int for count in distributed)
+    if not whole:
+        raise ParameterError(
+            "coal train: distributed must be true, false or a list of whole numbers, one for each "
+            f"locomotive: how many wagons are before it; not {distributed!r}"
+        )
     before = list(distributed)
     if len(before) != locomotives or before != sorted(before) or before[0] != 0:
         raise ParameterError(

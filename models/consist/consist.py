@@ -10,6 +10,7 @@ from .draft_gear import Coupler
 from .vehicle import Vehicle
 
 SHORTEST, LONGEST = 2, 1000  # vehicles
+STEP = 1e-3  # s, the inner step by which a train is integrated
 Groups = tuple[tuple[int, ...], ...]
 
 
@@ -37,7 +38,8 @@ class Consist:
 
     A brake command runs along the pipe with `application_speed` and `release_speed` (m/s), and the
     cylinders follow with the time constants `application_time` and `release_time` (s); the four are
-    our choice, as is the radio delay. Raise ParameterError for a train that cannot be.
+    our choice, as is the radio delay. Raise ParameterError for a train that cannot be, or that is
+    too stiff or too much damped for its masses to be integrated with a step of 1 ms.
     """
 
     name: str
@@ -71,6 +73,8 @@ class Consist:
             check.kind(("vehicles", index), vehicle, Vehicle)
         for index, coupler in enumerate(self.couplers):
             check.kind(("couplers", index), coupler, Coupler)
+            lighter = min(self.vehicles[index : index + 2], key=lambda vehicle: vehicle.mass)
+            _check_joint(check, index, coupler, lighter)
         settle(self, "groups", _groups(check, self.vehicles, self.groups))
         check.kind(("end_of_train",), self.end_of_train, EndOfTrain, type(None))
         check.within(("radio_delay",), self.radio_delay, 0.0, 60.0, "s")
@@ -99,6 +103,28 @@ def neighbouring_groups(vehicles: Sequence[Vehicle]) -> Groups:
     """Return the indices of locomotives, those next to each other as one group."""
     runs = groupby(range(len(vehicles)), key=lambda index: vehicles[index].is_locomotive)
     return tuple(tuple(run) for driven, run in runs if driven)
+
+
+def _check_joint(check: Check, index: int, coupler: Coupler, lighter: Vehicle) -> None:
+    """Refuse a joint at which explicit steps would grow, by half of what they bear.
+
+    Semi-implicit Euler is stable as long as h² ω² + 2 h d < 4, ω² and d the greatest eigenvalues
+    of stiffness and damping over mass. In a chain they are at most 4 k/m and 4 c/m with the lighter
+    neighbour's mass m. Each of the two terms may be 2 here, half of its own limit.
+    """
+    mass = lighter.mass
+    # A gear that turns back beyond its stroke moves beside the stop.
+    stiffness = coupler.gear.stiffness + coupler.gear.stop_stiffness
+    for what, value, most, unit, scale in (
+        ("damping", coupler.damping, mass / (4.0 * STEP), "kN·s/m", 1e-3),
+        ("stiffness and stop_stiffness together", stiffness, mass / (2.0 * STEP**2), "MN/m", 1e-6),
+    ):
+        if value > most * (1.0 + 1e-9):
+            check.fail(
+                ("couplers", index),
+                f"coupler {index} (from 0): {what}, {scale * value:g} {unit}, cannot be integrated "
+                f"beside '{lighter.name}' of {1e-3 * mass:g} t; at most {scale * most:g} {unit}",
+            )
 
 
 def _groups(check: Check, vehicles: tuple[Vehicle, ...], given: Groups) -> Groups:

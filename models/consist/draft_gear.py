@@ -8,7 +8,7 @@ from numpy import interp
 
 from .checks import Check, Pairs, settle
 
-STIFFEST = 2000.0  # MN/m; a vehicle on it still oscillates slower than the integration's step
+STIFFEST = 2000.0  # MN/m; how stiff it may be between two vehicles, a Consist says
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -13,17 +13,22 @@ from .schema import File, Item
 
 @dataclass
 class Formation:
-    """Names of vehicle types, and of the couplers between them (one fewer)."""
+    """Names of vehicle types, and of the couplers between them (one fewer).
+
+    `items` are the indices in the list of items that each vehicle is from.
+    """
 
     vehicles: list[str] = field(default_factory=list)
     joints: list[str] = field(default_factory=list)
+    items: list[int] = field(default_factory=list)
 
-    def append(self, other: "Formation", joint: str) -> None:
-        """Put the other behind this one, joined by `joint` if there is something to join."""
+    def append(self, other: "Formation", joint: str, item: int) -> None:
+        """Put the other, an item, behind this one, joined by `joint` if there is what to join."""
         if self.vehicles:
             self.joints.append(joint)
         self.vehicles += other.vehicles
         self.joints += other.joints
+        self.items += [item] * len(other.vehicles)
 
 
 def formation(document: Document, file: File) -> Formation:
@@ -90,6 +95,6 @@ def _joined(
                 f"that makes {count} vehicles; a train has {SHORTEST} to {LONGEST}",
             )
         for _ in range(item.times):
-            whole.append(part, behind)
+            whole.append(part, behind, index)
             behind = item.coupler or coupler
     return whole

@@ -77,7 +77,9 @@ def _inherited(
     document: Document, field: str, kind: str, types: Mapping[str, Strict]
 ) -> dict[str, Given]:
     """Return what is given of each type, with what those give that it is like."""
-    given = {name: part.model_dump(exclude_unset=True) for name, part in types.items()}
+    given = {
+        name: _with_stroke(part.model_dump(exclude_unset=True)) for name, part in types.items()
+    }
     needs: dict[str, list[str]] = {}
     for name, part in given.items():
         base = part.pop("like", None)
@@ -90,6 +92,14 @@ def _inherited(
         for base in needs[name]:
             whole[name] = _over(whole[base], given[name])
     return {name: whole[name] for name in types}
+
+
+def _with_stroke(given: Given) -> Given:
+    """Return what is given of a type; measured points give a draft gear its stroke as well."""
+    points = (given.get("loading") or {}).get("points")
+    if not points or given.get("stroke") is not None:
+        return given
+    return {**given, "stroke": points[-1][0]}
 
 
 def _over(base: Given, own: Given) -> Given:
@@ -143,12 +153,11 @@ def _brake(document: Document, where: Path, given: Given | None) -> ShoeBrake | 
 
 def _gear(document: Document, name: str, given: Given) -> DraftGear:
     where = ("draft_gears", name)
-    loading, stroke = given.get("loading"), given.get("stroke")
+    loading = given.get("loading")
     curve: PowerLaw | Points | None = None
     if loading is not None and loading.get("points") is not None:
         points = _scaled(loading["points"], _milli, _kilo)
         curve = made(document, (*where, "loading"), Points, points=points)
-        stroke = loading["points"][-1][0] if stroke is None else stroke
     elif loading is not None:
         curve = made(
             document, (*where, "loading"), PowerLaw,
@@ -160,7 +169,7 @@ def _gear(document: Document, name: str, given: Given) -> DraftGear:
     return made(
         document, where, DraftGear,
         name=name,
-        stroke=_milli(stroke),
+        stroke=_milli(given.get("stroke")),
         loading=curve,
         unloading_ratio=given.get("unloading_ratio"),
         stiffness=_kilo(_kilo(given.get("stiffness"))),

@@ -1,17 +1,17 @@
 """Reader of consist files, YAML or JSON; docs/consists.md shows the format."""
 
-from pathlib import Path
+import pathlib
 from typing import Any
 
 from ..line.document import Document, read_document
-from .checks import Unfit
+from .checks import Path, Unfit
 from .consist import Consist, EndOfTrain
-from .formation import formation
+from .formation import Formation, formation
 from .parts import couplers, made, vehicles
 from .schema import SCHEMA, File
 
 
-def read_consist(path: str | Path) -> Consist:
+def read_consist(path: str | pathlib.Path) -> Consist:
     """Read a train of vehicles and couplers from a consist file, into SI units.
 
     Raise FileError, with the line of the file and the place in it, for a file that is not one or is
@@ -41,9 +41,15 @@ def read_consist(path: str | Path) -> Consist:
             **given,
         )
     except Unfit as error:
-        # A vehicle's index is that in the whole train: only the first one's item is known by it.
-        field, *rest = error.path
-        document.fail(("train", *rest) if field == "vehicles" else error.path, error.text)
+        document.fail(_place(train, error.path), error.text)
+
+
+def _place(train: Formation, path: Path) -> Path:
+    """Return where a vehicle or a joint of the whole train is in the file: at its item."""
+    field, *rest = path
+    if field not in ("vehicles", "couplers"):
+        return path
+    return ("train", *(train.items[index] for index in rest if isinstance(index, int)))
 
 
 def _check_schema(document: Document) -> None:

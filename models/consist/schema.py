@@ -5,7 +5,7 @@ Units are the railway's: t, m, km/h, kN, kW, N/kN, mm and kPa, as said at each k
 
 from typing import Annotated, Literal, Self
 
-from pydantic import Field, model_validator
+from pydantic import BeforeValidator, Field, field_validator, model_validator
 
 from ..line.fields import Number, Pair, Strict
 
@@ -15,6 +15,13 @@ MOST = 1000  # of each kind of thing in a file
 _Curve = Annotated[list[Pair], Field(max_length=MOST)]
 _Whole = Annotated[int, Field(strict=True)]
 _Times = Annotated[int, Field(strict=True, ge=1, le=1_000_000)]
+
+
+def _known_version(value: object) -> object:
+    """Return the version as a text; YAML reads it as a number if it has no quotes."""
+    if value == "1" or (type(value) is int and value == 1):
+        return "1"
+    raise ValueError("the version is not known; known is 1")
 
 
 class Resistance(Strict):
@@ -100,6 +107,13 @@ class Item(Strict):
     times: _Times = 1
     coupler: str | None = None
 
+    @model_validator(mode="before")
+    @classmethod
+    def _is_no_name(cls, value: object) -> object:
+        if isinstance(value, str):
+            raise ValueError(f"write {{vehicle: {value}}}, or {{set: {value}}} if it is a set")
+        return value
+
     @model_validator(mode="after")
     def _is_one_of_both(self) -> Self:
         if (self.vehicle is None) == (self.set is None):
@@ -127,7 +141,7 @@ class File(Strict):
     """A consist file; speeds of the brake's waves in m/s, times in s, groups from 0."""
 
     schema_: Literal["railcosim-consist"] = Field(alias="schema")
-    schema_version: Literal["1"]
+    schema_version: Annotated[Literal["1"], BeforeValidator(_known_version)]
     name: str
     description: str = ""
     draft_gears: Annotated[dict[str, Gear], Field(max_length=MOST)]
@@ -144,3 +158,12 @@ class File(Strict):
     release_speed: Number | None = None
     application_time: Number | None = None
     release_time: Number | None = None
+
+    @field_validator("end_of_train", mode="before")
+    @classmethod
+    def _is_a_device(cls, value: object) -> object:
+        if not isinstance(value, dict | Device):
+            raise ValueError(
+                "write {} or {radio_delay: 1.0} for a device, and leave the key out for none"
+            )
+        return value

@@ -68,6 +68,15 @@ def swing(time: Floats, force: Floats) -> float:
     return float(np.max(maximum_filter1d(force, window) - minimum_filter1d(force, window)))
 
 
+def swinging(run: Run, *, measured: str, since: float) -> Metrics:
+    """Return `force_tracking`, and the RMS rate (kN/s) of coupler 1's force from `since` (s) on."""
+    here = run.time >= since
+    rate = np.diff(run["train.coupler[1].force"][here]) / np.diff(run.time[here])
+    return force_tracking(run, measured=measured) | {
+        "rms_force_rate": float(np.sqrt(np.mean(rate * rate))) / KILONEWTON
+    }
+
+
 def speed_tracking(run: Run) -> Metrics:
     """Return the errors of the speed (m/s), and the rest."""
     error = run["target.y"] - run["train.speed"]

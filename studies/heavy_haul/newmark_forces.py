@@ -140,7 +140,8 @@ class Friction:
 class Locomotives:
     """The force of the locomotives: a group's demand in equal shares, within each one's envelopes.
 
-    Traction is positive and electric braking negative, whichever way the vehicle moves.
+    Traction is positive whichever way the vehicle moves. Electric braking is negative, and to a
+    vehicle that rolls backwards what its curve has at rest: nothing, as it begins with 0.
     """
 
     def __init__(self, consist: Consist) -> None:
@@ -169,9 +170,10 @@ class Locomotives:
                 asked = np.maximum(sign * wanted, 0.0)
                 if asked.any():
                     v = speed[index]
-                    most, slope = limit.at(np.abs(v))
+                    most, slope = limit.at(np.abs(v) if sign > 0.0 else np.maximum(v, 0.0))
+                    by_speed = np.sign(v) if sign > 0.0 else v > 0.0
                     forces[index] += sign * np.minimum(asked, most)
-                    slopes[index] += sign * np.sign(v) * slope * (asked > most)
+                    slopes[index] += sign * by_speed * slope * (asked > most)
         return forces, slopes
 
     def applied(self, forces: Array) -> Array:

@@ -10,7 +10,7 @@ from ...models.consist import coal_train
 from ..case import Case
 from .controllers import FORCE, INFERENCE, PER_SECOND, SPEED
 from .loop import Loop
-from .measures import force_steps, on_coupler, speed_tracking
+from .measures import force_steps, on_coupler, speed_tracking, swinging
 from .recorded import FORCES, MEASURED, tracked
 from .targets import BRAKING, DOWNHILL_SPEED, START_UP, STEPS, reductions, target
 
@@ -24,7 +24,8 @@ FREE = ("pid", "pid_fast", "fuzzy_literal_little", "fuzzy_folded")
 LAGGED = ("pid", "fuzzy_literal_little", "fuzzy_folded")
 NOISY = ("pid", "fuzzy_folded")
 WHOLE = "fuzzy_folded"  # whose runs keep all couplers
-SWING, DAMPED = 32.0, 1e5  # s, and N·s/m: twice the damping
+SWING, BUILT_UP = 32.0, 15.0  # s: the end, and when the target is reached
+DAMPED = 1e5  # N·s/m: twice the damping
 FINE = 2.5e-4  # s
 
 
@@ -110,7 +111,7 @@ def _swinging(down: Loop) -> Iterable[Case]:
     for name, (controller, values) in variants.items():
         loop = replace(down, name="swing", values=down.values + values)
         (case,) = _force(loop, SWING, {name: controller})
-        yield case
+        yield replace(case, measure=partial(swinging, measured=MEASURED, since=BUILT_UP))
 
 
 def _speed(up: Loop, down: Loop) -> Iterable[Case]:

@@ -123,6 +123,60 @@ def test_mistakes_with_fmus(
     assert "no folder" in fails(capsys, "simulate", train_fmu, "--out", tmp_path / "no" / "x.csv")
 
 
+ORE = """
+schema: railcosim-consist
+schema_version: 1
+name: ore
+draft_gears: {G: {}}
+couplers: {C: {gear: G}}
+vehicles:
+  Engine:
+    mass: 120
+    length: 20
+    resistance: {constant: 2, linear: 0.01, quadratic: 0.0003, starting: 5}
+    traction: {points: [[0, 400], [36, 300]]}
+  Wagon: {like: Engine, mass: 80, traction: null}
+train: [{vehicle: Engine}, {vehicle: Wagon, times: 2}]
+"""
+
+
+def test_export_of_a_train_of_ones_own(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("ore.yaml").write_text(ORE)
+    base = ("export", "heavy_haul_train", "--consist")
+    assert main([*base, "ore.yaml", "--gradients", "3", "--out", "ore.fmu"]) == 0
+    capsys.readouterr()
+    assert main(["info", "ore.fmu"]) == 0
+    out = capsys.readouterr().out
+    assert "vehicle[3].speed" in out and "vehicle[4].speed" not in out
+    assert "gradient[3]" in out and "gradient[4]" not in out
+    for count in ("0", "-1", "1001"):
+        found = fails(capsys, *base, "ore.yaml", "--gradients", count)
+        assert f"gradients is 1 to 1000, not {count}" in found
+    assert "gradients is 1 to 1000, not 0" in fails(
+        capsys, "export", "heavy-haul-train", "--gradients", "0"
+    )
+    assert "invalid int value: 'two'" in fails(capsys, *base, "ore.yaml", "--gradients", "two")
+    assert "cannot read none.yaml" in fails(capsys, *base, "none.yaml")
+    Path("ore.yaml").write_text(ORE.replace("train:", "trian:"))
+    assert "ore.yaml:14: trian: unknown key" in fails(capsys, *base, "ore.yaml")
+    for option in (("--consist", "ore.yaml"), ("--gradients", "0")):
+        found = fails(capsys, "export", "second_order_train", *option)
+        assert "--consist and --gradients are for heavy_haul_train" in found
+
+
+def test_a_study_without_a_line_names_what_it_does_not_take(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    base = ("run", "heavy-haul", "--out", tmp_path / "r")
+    assert fails(capsys, *base, "--train", "x").endswith("has no line: it takes no --train\n")
+    found = fails(capsys, *base, "--from", "A", "--to", "B")
+    assert found.endswith("it takes no --from and --to\n")
+    assert not (tmp_path / "r").exists()
+
+
 def test_mistakes_with_models(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert "did you mean" in fails(capsys, "export", "second_order")
     out = tmp_path / "t.fmu"

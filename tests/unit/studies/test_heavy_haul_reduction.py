@@ -1,9 +1,13 @@
 """Consists reduced to what a plan needs."""
 
+from dataclasses import replace
+from typing import Any
+
 import pytest
 
 from railcosim.base.errors import ParameterError
-from railcosim.models.consist import Consist, EndOfTrain, Vehicle, coal_train
+from railcosim.controllers.train_handling import Journey, optimal_handling
+from railcosim.models.consist import Consist, EndOfTrain, Vehicle, c80, coal_train, hxd1
 from railcosim.studies.heavy_haul.reduction import reduced_train
 from railcosim.studies.heavy_haul.rolling import LENGTH, rolling_section
 
@@ -34,19 +38,49 @@ def test_the_wave_from_the_rear_halves_the_way() -> None:
     front, both = reduced_train(coal_train()).brake, reduced_train(consist).brake
     assert front and both
     assert both.application_time - 4.0 < 0.6 * (front.application_time - 4.0)
+    assert both.release_time == front.release_time
+
+
+def with_vehicles(*vehicles: Vehicle) -> Consist:
+    whole = coal_train(wagons=len(vehicles))
+    return Consist(name="mixed", vehicles=vehicles, couplers=whole.couplers[: len(vehicles) - 1])
 
 
 def test_locomotives_that_differ_are_refused() -> None:
-    consist = coal_train(wagons=3)
-    first = consist.vehicles[0]
-    other = Vehicle(
-        name="other", mass=1e5, length=20.0, resistance=first.resistance, traction=first.traction
-    )
-    mixed = Consist(
-        name="mixed", vehicles=(first, other, *consist.vehicles[2:]), couplers=consist.couplers
-    )
-    with pytest.raises(ParameterError, match="consist 'mixed': can be reduced only if"):
-        reduced_train(mixed)
+    wagons = (c80(), c80())
+    old = replace(hxd1(), name="old", electric_brake=None)
+    with pytest.raises(
+        ParameterError,
+        match=r"consist 'mixed': only .* locomotives alike .* 'HXD1' and 'old' \(vehicles 0 and 2, "
+        r"from 0\) differ in electric_brake, which the latter has not; make them alike, or",
+    ):
+        reduced_train(with_vehicles(hxd1(), c80(), old, *wagons))
+    with pytest.raises(ParameterError, match=r"\(vehicles 0 and 1, .* traction \(points\); make"):
+        reduced_train(with_vehicles(hxd1(), hxd1(axle_load=23), *wagons))
+
+
+def test_wagons_whose_brakes_differ_are_planned_for_without_the_air_brake() -> None:
+    alike = with_vehicles(hxd1(), *(c80(),) * 6)
+    mixed = with_vehicles(hxd1(), *(c80(),) * 5, replace(c80(loaded=False), mass=100e3))
+    section = replace(rolling_section(), length=1000.0, gradients=((0.0, 0.0),))
+    journey = Journey(section=section, start_speed=15.0, end_speed=15.0, time=66.0)
+    train = reduced_train(mixed)
+    assert (train.brake, train.braked) == (None, reduced_train(alike).braked)
+    assert optimal_handling(train, journey).running_time == pytest.approx(66.0, abs=1e-3)
+    with pytest.raises(
+        ParameterError,
+        match=r"no air brake to plan with: 'C80' and 'C80 empty' \(vehicles 1 and 6, from 0\) "
+        r"differ in brake \(cylinder_pressure\); plan without air_brake, or",
+    ):
+        optimal_handling(train, journey, air_brake=True)
+
+
+@pytest.mark.parametrize("wrong", ["f.yaml", None, coal_train])
+def test_what_is_no_consist_is_refused(wrong: Any) -> None:
+    with pytest.raises(
+        ParameterError, match="reduced_train: consist must be a Consist, not .*; re"
+    ):
+        reduced_train(wrong)
 
 
 def test_the_rolling_line_is_as_long_as_it_says() -> None:

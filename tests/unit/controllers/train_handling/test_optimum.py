@@ -1,6 +1,8 @@
 """Plans keep to what they must keep to, and are better than holding the speed."""
 
 from dataclasses import replace
+from functools import partial
+from typing import Any
 
 import numpy as np
 import pytest
@@ -10,10 +12,14 @@ from railcosim.base.errors import ParameterError, RailcosimError
 from railcosim.controllers.train_handling import (
     Aims,
     Handling,
+    HandlingDriver,
     Journey,
     RigidTrain,
+    notched,
     optimal_handling,
 )
+from railcosim.models.consist import coal_train
+from railcosim.models.line import beijing_line_5
 
 from .trains import BRAKE, DESCENT, TRAIN, WAVES
 
@@ -122,6 +128,34 @@ def test_what_cannot_be_is_refused() -> None:
     late = replace(JOURNEY, end=1750.0, end_speed=20.0, time=130.0)
     with pytest.raises(ParameterError, match="too fast; the limit of the whole train is 16 m/s"):
         optimal_handling(TRAIN, late)
+
+
+plan_for = partial(optimal_handling, train=TRAIN, journey=JOURNEY)
+journey_with = partial(replace, JOURNEY)
+OF_ANOTHER_KIND: list[tuple[Any, dict[str, Any], str]] = [
+    (plan_for, {"train": "t"}, "handling: train must be a ReducedTrain, not 't'; reduced_train"),
+    (plan_for, {"train": coal_train()}, "train must be a ReducedTrain, not a Consist"),
+    (plan_for, {"journey": WAVES}, "journey must be a Journey, not a Section"),
+    (plan_for, {"aims": 1}, "aims must be an Aims, not 1; write aims=Aims"),
+    (plan_for, {"node": "5"}, "node must be a number, not '5'"),
+    (journey_with, {"section": beijing_line_5()}, "must be a Section, as .* not a Line"),
+    (journey_with, {"section": "Mine"}, "journey: section must be a Section, .* not 'Mine'"),
+    (journey_with, {"time": "850"}, "journey on 'waves': time must be a number, not '850'"),
+    (journey_with, {"end": "East"}, "end must be a number, not 'East'"),
+    (journey_with, {"start_speed": None}, "start_speed must be a number, not None"),
+    (Aims, {"rms": "1"}, "aims: rms must be a number, not '1'"),
+    (Aims, {"span": float("inf")}, "aims: span must be a number, not inf"),
+    (RigidTrain, {"train": coal_train(), "section": WAVES}, "train must be a ReducedTrain, not a"),
+    (RigidTrain, {"train": TRAIN, "section": None}, "must be a Section, .* not None"),
+    (HandlingDriver.along, {"handling": JOURNEY}, "handling must be a Handling, not a Journey"),
+    (notched, {"handling": JOURNEY, "rigid": 1, "notch": 1.0}, "must be a Handling, not a Journey"),
+]
+
+
+@pytest.mark.parametrize(("make", "options", "message"), OF_ANOTHER_KIND)
+def test_what_is_of_another_kind_is_named(make: Any, options: Any, message: str) -> None:
+    with pytest.raises(ParameterError, match=message):
+        make(**options)
 
 
 def test_brakes_too_weak_for_the_descent() -> None:
