@@ -189,17 +189,34 @@ def arrivals(consist: Consist, speed: float) -> Array:
     ])  # fmt: skip
 
 
-def pipe_rates(consist: Consist, reduction: Array, commands: Array) -> Array:
-    """Rates (kPa/s) of the pipe's reduction at the vehicles, for the sources' commands (kPa)."""
-    nearest = arrivals(consist, consist.application_speed).argmin(axis=0)
-    rates = []
+def pipe_rates(
+    consist: Consist, reduction: Array, lead: Array, commands: Array
+) -> tuple[Array, Array]:
+    """Rates (kPa/s) of the pipe's reduction by the locomotives, and of the device's lead over it.
+
+    For the sources' commands (kPa). With the device it is s = reduction + lead: it falls along with
+    the other, and follows what the vehicle behind has over its own.
+    """
+    nearest = arrivals(consist, consist.application_speed)[: len(consist.groups)].argmin(axis=0)
+    rates, gains = [], []
     for i, (vehicle, source) in enumerate(zip(consist.vehicles, nearest, strict=True)):
         at = sources(consist)[source][0]
+        r = reduction[i]
         before = commands[source] if i == at else reduction[i + (1 if at > i else -1)]
-        rise = before - reduction[i]
-        speed = consist.application_speed if rise > 0.0 else consist.release_speed
-        rates.append(rise * speed / vehicle.length)
-    return np.array(rates)
+        rates.append(lagged(consist, vehicle, before - r))
+        s = r + lead[i]
+        if i == consist.size - 1:
+            to = max(r, commands[-1])
+        else:
+            to = max(r, min(r, reduction[i + 1]) + max(lead[i + 1], 0.0))
+        gains.append(lagged(consist, vehicle, to - s) + min(rates[i], 0.0) - rates[i])
+    return np.array(rates), np.array(gains)
+
+
+def lagged(consist: Consist, vehicle: Vehicle, rise: float) -> float:
+    """Rate (kPa/s) of a vehicle's part of the pipe for what it lacks (kPa)."""
+    speed = consist.application_speed if rise > 0.0 else consist.release_speed
+    return rise * speed / vehicle.length
 
 
 def cylinder_rates(consist: Consist, pressure: Array, reduction: Array) -> Array:

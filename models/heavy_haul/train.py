@@ -7,6 +7,7 @@ import casadi as ca
 from ...base.errors import ParameterError
 from ...base.railway import GRAVITY_PER_MILLE
 from ..consist import Consist, coal_train
+from ..consist.consist import STEP
 from ..plant import Plant
 from ..solver import SemiImplicitEuler
 from .air_brake import declare_air_brake
@@ -54,7 +55,7 @@ def heavy_haul_train(
         description=f"Train of {size} vehicles with draft gears and air brake: {consist.name}",
         stop=90.0,
         step=0.01,
-        solver=SemiImplicitEuler(inner_step=0.001, positions=("vehicle[].displacement",)),
+        solver=SemiImplicitEuler(inner_step=STEP, positions=("vehicle[].displacement",)),
     ) as plant:
         speed = plant.state(
             "vehicle[].speed", unit="m/s", size=size, nominal=10.0, output=True,

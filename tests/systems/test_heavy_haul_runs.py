@@ -215,50 +215,66 @@ def test_an_elastic_wave_runs_as_in_a_chain_of_masses_and_springs(start) -> None
     assert 1.0 / slowness == pytest.approx(omega, rel=0.02)
 
 
-@pytest.mark.parametrize("rear", [False, True])
-def test_the_brakes_wave_arrives_at_each_vehicle(start, rear: bool) -> None:
-    """Mean delay ∫(1 − r) dt: length over speed from the nearer end, for both directions.
+@pytest.mark.parametrize("device", ["silent", "commanded"])
+def test_the_brakes_wave_arrives_at_each_vehicle(start, device: str) -> None:
+    """Mean delay ∫(1 − r) dt: length over speed, of an application from the nearer end.
 
-    Without a command at the end-of-train device the rear half would be fed with nothing, so the
-    front alone is looked at up to where the waves would meet.
+    A device that hears nothing leaves the whole train to the front's wave. A release always comes
+    from the front, however late the device hears of it.
     """
     train = start({})
     on = 100.0
     demands = {"group[1].reduction": lambda t: on if t < 25.0 else 0.0}
-    if rear:
+    if device == "commanded":
         demands["end_of_train.reduction"] = lambda t: on if 1.0 <= t < 26.0 else 0.0
-    (r,) = train.go(50.0, 0.01, demands, ("vehicle[].pipe_reduction",))
-    first = arrivals(TRAIN, 250.0)
-    reached = np.arange(TRAIN.size) if rear else np.flatnonzero(first[0] < first[1])
-    assert reached.size > 50
-    for speed, part, sign in ((250.0, r[:2500], 1.0), (160.0, r[2500:], -1.0)):
-        delays = arrivals(TRAIN, speed)
-        feeding = first.argmin(axis=0)
-        expected = np.where(feeding == 0, delays[0], delays[1])[reached]
-        share = part[:, reached] / on if sign > 0.0 else 1.0 - part[:, reached] / on
+    r, p = train.go(50.0, 0.01, demands,
+                    ("vehicle[].pipe_reduction", "vehicle[].cylinder_pressure"))  # fmt: skip
+    assert r[2499].min() > 0.9999 * on
+    assert p[2499, 2:].min() > 0.98 * p[2499].max()  # all wagons are braked
+    applied = arrivals(TRAIN, 250.0)
+    first = applied[0] if device == "silent" else applied.min(axis=0)
+    assert first[-1] == (first.max() if device == "silent" else applied[1, -1])
+    for part, expected, sign in ((r[:2500], first, 1.0), (r[2500:], arrivals(TRAIN, 160.0)[0], -1)):
+        share = part / on if sign > 0.0 else 1.0 - part / on
         mean = 0.01 * (1.0 - share).sum(axis=0)
-        assert mean == pytest.approx(expected, rel=1e-3, abs=0.006)  # half a sample
+        meet = np.abs(applied[0] - applied[1]) < (0.2 if expected is not applied[0] else 0.0)
+        assert mean[~meet] == pytest.approx(expected[~meet], rel=1e-3, abs=0.006)  # half a sample
+        assert mean[meet] == pytest.approx(expected[meet] - 0.02, abs=0.03)  # the larger of both
         half = 0.01 * (share < 0.5).sum(axis=0)
-        assert (half < mean + 0.006).all()  # the front is steeper than its tail
-        assert half[30:] == pytest.approx(expected[30:], rel=0.05)
+        assert (half < mean + 0.006)[~meet].all()  # the front is steeper than its tail
+        assert half[30:] == pytest.approx(expected[30:], rel=0.05, abs=0.01)
 
 
-def test_the_radio_delay_is_a_block_of_the_diagram(short: Consist, short_fmu: Path) -> None:
+def test_a_device_left_venting_brakes_again_what_was_released(start) -> None:
+    """The front's release is first not held up; the device opens again as it comes by."""
+    train = start({})
+    demands = {"group[1].reduction": lambda t: 100.0 if t < 12.0 else 0.0,
+               "end_of_train.reduction": lambda t: 100.0}  # fmt: skip
+    (r,) = train.go(30.0, 0.01, demands, ("vehicle[].pipe_reduction",))
+    released = 0.01 * (r[1200:] > 50.0).argmin(axis=0)
+    expected = arrivals(TRAIN, 160.0)[0]
+    assert released[30:90] == pytest.approx(expected[30:90], rel=0.05)
+    assert r[-1].min() > 99.0
+    again = 30.0 - 0.01 * (r[::-1] < 50.0).argmax(axis=0)
+    assert again[0] == pytest.approx(12.0 + expected[-1] + arrivals(TRAIN, 250.0)[0, -1], abs=1.0)
+
+
+def test_the_radio_delay_is_a_block_of_the_diagram(fmu: Path) -> None:
     """The rear vehicle's wave begins 1 s after the command; the front's at once."""
     diagram = Diagram("radio", step=0.01)
     diagram.add("command", Step(at=0.5, to=100.0, unit="kPa"))
     diagram.add("radio", Delay(1.0, interpolation="hold"))
-    diagram.add("train", Fmu.with_values(short_fmu, {"group[1].force": 0.0}))
+    diagram.add("train", Fmu.with_values(fmu, {"group[1].force": 0.0}))
     diagram.connect("command.y", "train.group[1].reduction")
     diagram.connect("command.y", "radio.u")
     diagram.connect("radio.y", "train.end_of_train.reduction")
-    frame = diagram.run(stop=6.0).frame
-    delays = np.array([
-        (0.01 * (1.0 - frame[f"train.vehicle[{i + 1}].pipe_reduction"] / 100.0)).sum() - 0.5
-        for i in range(short.size)
-    ])  # fmt: skip
-    # So short a train is fed from the front alone; radio would be later.
-    assert delays == pytest.approx(arrivals(short, 250.0)[0], abs=0.011)
+    places = (0, 20, 40, 80, TRAIN.size - 1)
+    names = [f"train.vehicle[{i + 1}].pipe_reduction" for i in places]
+    frame = diagram.run(stop=7.0, record=[*names, "radio.y"]).frame
+    delays = [(0.01 * (1.0 - frame[name] / 100.0)).sum() - 0.5 for name in names]
+    expected = arrivals(TRAIN, 250.0)
+    assert delays == pytest.approx(expected.min(axis=0)[[*places]], abs=0.015)
+    assert expected.argmin(axis=0)[[*places]].tolist() == [0, 0, 0, 1, 1]
     received = frame.index[frame["radio.y"].to_numpy() > 0.0]
     assert received[0] == pytest.approx(1.5, abs=1e-9)
 
@@ -271,7 +287,7 @@ def off(t: float) -> float:
 
 
 def late(t: float) -> float:
-    return 50.0 if t >= 2.0 else 0.0
+    return 50.0 if 2.0 <= t < 8.0 else 0.0
 
 
 @pytest.mark.parametrize(
@@ -279,7 +295,7 @@ def late(t: float) -> float:
     [
         pytest.param(0.0, 0.0, ramp(400e3, 1140e3), off, 10.0, 0.002, id="violent start"),
         pytest.param(
-            -6.0, 65.0 / 3.6, lambda t: -70e3 * min(t, 5.0), late, 12.0, 0.005, id="braking"
+            -6.0, 65.0 / 3.6, lambda t: -70e3 * min(t, 5.0), late, 13.0, 0.005, id="braking"
         ),
     ],
 )
@@ -296,7 +312,9 @@ def test_newmarks_method_gives_the_same_forces(
     train = start({"gradient[1]": slope, "initial_speed": speed})
     demands = {"group[1].force": force, "group[1].reduction": reduction,
                "end_of_train.reduction": lambda t: reduction(t - 1.0)}  # fmt: skip
-    (found,) = train.go(stop, h, demands, ("coupler[].force",))
+    found, pipe = train.go(stop, h, demands, ("coupler[].force", "vehicle[].pipe_reduction"))
+    # At the ends the wave is so steep that a jump's place within a step is felt.
+    assert np.abs(pipe[::5] - other.reduction)[:, 10:-10].max() < 0.5
     peak = other.peak.max()
     assert peak > 2e5
     assert np.abs(train.take("coupler[].highest") - other.highest).max() < 0.005 * peak

@@ -76,7 +76,7 @@ def random_heights(generator: random.Random, count: int) -> list[float]:
 @pytest.mark.parametrize("name", SETS)
 def test_centroid_and_bisector_are_those_of_a_million_points(name: str) -> None:
     sets, generator = SETS[name], random.Random(7)
-    for _ in range(30):
+    for _ in range(12):
         heights = random_heights(generator, len(sets.labels))
         middle, half, _ = brute_force(sets, heights)
         assert outline_centroid(sets, heights) == pytest.approx(middle, abs=1e-6), heights
@@ -90,7 +90,7 @@ def test_the_mean_of_maxima_is_that_of_a_million_points(name: str) -> None:
     span, count = sets.high - sets.low, len(sets.labels)
     cell = span / SAMPLES
     compared = 0
-    while compared < 30:
+    while compared < 12:
         heights = [
             generator.choice([0.1, 0.3, 0.55, 0.8, generator.random()]) for _ in range(count)
         ]

@@ -26,7 +26,7 @@ from railcosim.controllers.fuzzy.mamdani import Defuzzifier
 from railcosim.controllers.fuzzy.sets import UniformSets
 from railcosim.controllers.rules import SEVEN, SPEED_RULES
 
-POINTS = 10_000
+POINTS = 3_000
 INPUTS: dict[str, tuple[UniformSets, UniformSets]] = {
     "triangles": (Triangles(-3.0, 3.0, SEVEN), Triangles(-0.6, 0.6, SEVEN)),
     "gaussians": (Gaussians(-3.0, 3.0, SEVEN), Gaussians(-0.6, 0.6, SEVEN)),

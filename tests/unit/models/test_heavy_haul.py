@@ -1,5 +1,6 @@
 """The heavy-haul train's laws, one by one, against formulas retyped and against integrals."""
 
+from collections.abc import Callable
 from itertools import pairwise
 from typing import Any
 
@@ -17,6 +18,7 @@ from tests.heavy_haul import Array, Laws
 
 KMH = 1.0 / 3.6
 SPEEDS = np.linspace(0.0, 130.0, 261)  # km/h
+DEVICE = coal_train(end_of_train=EndOfTrain())
 LINE = [(0.0, 4.0), (150.0, -6.0), (170.0, 0.0), (260.0, 12.0)]  # m, ‰
 
 
@@ -181,43 +183,64 @@ def test_slope_and_potential_energy_are_integrals_along_the_line() -> None:
 # The brake's wave
 
 
-@pytest.mark.parametrize("rear", [False, True])
+def steady(rates: Callable[[Array], Array], level: Array) -> Array:
+    """Return the matrix of rates that are linear around a level."""
+    columns = [(rates(level + 1e-3 * unit) - rates(level - 1e-3 * unit)) / 2e-3
+               for unit in np.eye(level.size)]  # fmt: skip
+    matrix = np.column_stack(columns)
+    matrix[np.abs(matrix) < 1e-3] = 0.0  # rounding
+    return matrix
+
+
 @pytest.mark.parametrize("way", ["application", "release"])
-def test_the_wave_arrives_after_the_way_over_its_speed(way: str, rear: bool) -> None:
+@pytest.mark.parametrize(
+    ("consist", "state", "command", "latest"),
+    [
+        (coal_train(), "pipe_reduction", "group[].reduction", (5.08, 7.94)),
+        (coal_train(distributed=True), "pipe_reduction", "group[].reduction", (2.5, 3.9)),
+        (DEVICE, "pipe_from_locomotives", "group[].reduction", (5.08, 7.94)),
+        (DEVICE, "pipe_lead", "end_of_train.reduction", (5.08, 7.94)),
+    ],
+    ids=["one group", "two groups", "beside a device", "the device"],
+)
+def test_the_wave_arrives_after_the_way_over_its_speed(
+    consist: Consist, state: str, command: str, latest: tuple[float, float], way: str
+) -> None:
     """The law's own matrix A: ∫(1 − r) dt is −A⁻¹ 1; half of it is there a little earlier."""
-    consist = coal_train(end_of_train=EndOfTrain(radio_delay=1.0) if rear else None)
-    commands = ["group[].reduction"] + ["end_of_train.reduction"] * rear
-    laws = Laws(heavy_haul_train(consist), "der(vehicle[].pipe_reduction)",
-                given=("vehicle[].pipe_reduction", *commands))  # fmt: skip
-    on = [100.0 if way == "application" else 0.0] * len(commands)
+    laws = Laws(heavy_haul_train(consist), f"der(vehicle[].{state})",
+                given=(f"vehicle[].{state}", command))  # fmt: skip
+    applied = way == "application"
 
     def rates(r: Array) -> Array:
-        return laws(r, *on)[0]
+        return laws(r, 100.0 if applied else 0.0)[0]
 
     # Around a level below (above) the command, falling (rising) along the feed's way.
-    speed = {"application": 250.0, "release": 160.0}[way]
-    times = reference.arrivals(consist, 250.0)
-    feeding = times.argmin(axis=0)
+    speed = 250.0 if applied else 160.0
+    own = slice(-1, None) if state == "pipe_lead" else slice(len(consist.groups))
+    times = reference.arrivals(consist, 250.0)[own]
     order = times.min(axis=0).argsort().argsort()
-    sign = 1.0 if way == "application" else -1.0
-    level = 50.0 - sign * 0.01 * order
-    matrix = np.column_stack([
-        (rates(level + 1e-3 * unit) - rates(level - 1e-3 * unit)) / 2e-3
-        for unit in np.eye(consist.size)
-    ])  # fmt: skip
-    matrix[np.abs(matrix) < 1e-3] = 0.0  # rounding
-    delays = reference.arrivals(consist, speed) - [[d] for _, d in reference.sources(consist)]
-    expected = np.take_along_axis(delays, feeding[None], axis=0)[0]
+    matrix = steady(rates, 50.0 - (0.01 if applied else -0.01) * order)
+    radio = np.array([[delay] for _, delay in reference.sources(consist)[own]])
+    delays = reference.arrivals(consist, speed)[own] - radio
+    expected = np.take_along_axis(delays, times.argmin(axis=0)[None], axis=0)[0]
     found = -np.linalg.solve(matrix, np.ones(consist.size))
     assert found == pytest.approx(expected, rel=1e-7)
-    assert found.max() == pytest.approx(
-        {("application", False): 5.08, ("release", False): 7.94,
-         ("application", True): 3.0, ("release", True): 4.7}[way, rear], abs=0.1,
-    )  # fmt: skip
+    assert found.max() == pytest.approx(latest[not applied], abs=0.1)
     last = int(found.argmax())
     # In small steps, whose exponentials have no large numbers that must cancel.
     arrived = 1.0 - np.linalg.matrix_power(expm(matrix * found[last] / 64.0), 64)[last].sum()
     assert 0.5 < arrived < 0.53
+
+
+def test_longer_vehicles_pass_the_wave_on_later() -> None:
+    laws = Laws(
+        heavy_haul_train(DEVICE), "der(vehicle[].pipe_from_locomotives)",
+        "der(vehicle[].pipe_lead)",
+        given=("vehicle[].length", "group[].reduction", "end_of_train.reduction"),
+    )  # fmt: skip
+    front, rear = laws(20.0, 50.0, 70.0)
+    assert front[0] == pytest.approx(50.0 * 250.0 / 20.0, rel=1e-12)
+    assert rear[-1] == pytest.approx(70.0 * 250.0 / 20.0, rel=1e-12)
 
 
 # All at once, types mixed
@@ -229,15 +252,17 @@ def test_every_law_is_the_references_with_vehicle_types_mixed() -> None:
     plant = heavy_haul_train(consist, gradients=4)
     laws = Laws(
         plant, "der(vehicle[].speed)", "friction(vehicle[].speed)", "coupler[].force",
-        "update(coupler[].gear_force)", "der(vehicle[].pipe_reduction)",
+        "update(coupler[].gear_force)", "der(vehicle[].pipe_from_locomotives)",
+        "der(vehicle[].pipe_lead)", "vehicle[].pipe_reduction",
         "der(vehicle[].cylinder_pressure)", "vehicle[].position", "energy.kinetic",
         "coupler_maximum", "coupler_maximum_at", "coupler_minimum", "coupler_minimum_at",
         "standing",
         given=(
             "gradient_position", "gradient", "vehicle[].speed", "vehicle[].displacement",
             "coupler[].gear_force", "coupler[].stretch", "group[].force",
-            "vehicle[].pipe_reduction", "vehicle[].cylinder_pressure", "group[].reduction",
-            "end_of_train.reduction", "location",
+            "vehicle[].pipe_from_locomotives", "vehicle[].pipe_lead",
+            "vehicle[].cylinder_pressure", "group[].reduction", "end_of_train.reduction",
+            "location",
         ),
     )  # fmt: skip
     generator = np.random.default_rng(8)
@@ -250,11 +275,13 @@ def test_every_law_is_the_references_with_vehicle_types_mixed() -> None:
         before, held = generator.uniform(-0.2, 0.2, 9), generator.uniform(-2e6, 2e6, 9)
         x = 100.0 + np.concatenate([[0.0], -np.cumsum(d)])
         demands = generator.uniform(-1.5e6, 1.5e6, 2)
-        reduction, commands = generator.uniform(0.0, 170.0, 10), generator.uniform(0.0, 170.0, 3)
+        wave, lead = generator.uniform(0.0, 170.0, 10), generator.uniform(-50.0, 120.0, 10)
+        reduction, commands = wave + np.maximum(lead, 0.0), generator.uniform(0.0, 170.0, 3)
+        by_front, by_device = reference.pipe_rates(consist, wave, lead, commands)
         pressure, location = generator.uniform(0.0, 420.0, 10), generator.uniform(-50.0, 400.0)
         values = laws(
-            *np.array(LINE).T, v, x, held, before, demands, reduction, pressure, commands[:2],
-            commands[2], location,
+            *np.array(LINE).T, v, x, held, before, demands, wave, lead, pressure,
+            commands[:2], commands[2], location,
         )  # fmt: skip
         found = dict(zip(laws.names, values, strict=True))
         joints = consist.couplers
@@ -277,7 +304,8 @@ def test_every_law_is_the_references_with_vehicle_types_mixed() -> None:
                 reference.slopes(consist, LINE, front),
             ),
             "friction(vehicle[].speed)": resisted * 9.81e-3 + shod / mass,
-            "der(vehicle[].pipe_reduction)": reference.pipe_rates(consist, reduction, commands),
+            "der(vehicle[].pipe_from_locomotives)": by_front,
+            "der(vehicle[].pipe_lead)": by_device, "vehicle[].pipe_reduction": reduction,
             "der(vehicle[].cylinder_pressure)": reference.cylinder_rates(
                 consist, pressure, reduction
             ),

@@ -1,13 +1,13 @@
 """The Newmark reference of the heavy-haul train, against what is known without it."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
 import pytest
 from numpy.typing import NDArray
-from scipy.integrate import quad, solve_ivp
+from scipy.integrate import quad
 from scipy.linalg import expm
 from scipy.optimize import brentq
 
@@ -16,7 +16,6 @@ from railcosim.models.consist import (
     Consist,
     Coupler,
     DraftGear,
-    EndOfTrain,
     Envelope,
     Points,
     PowerLaw,
@@ -26,7 +25,6 @@ from railcosim.models.consist import (
     mt2,
 )
 from railcosim.studies.heavy_haul.newmark import Newmark, simulate
-from railcosim.studies.heavy_haul.newmark_brake import AirBrake
 from railcosim.studies.heavy_haul.newmark_forces import Couplers, Friction, Gradients
 
 LEVEL = ((0.0, 0.0),)
@@ -270,57 +268,28 @@ def test_the_groups_share_and_keep_within_their_envelopes() -> None:
     assert run.applied[-1] == pytest.approx(3e5)
 
 
-def pipe(consist: Consist, sources: Callable[[float], Array], stop: float) -> tuple[Array, Array]:
-    """Return times and the pipe's reductions (kPa) along the train, in steps of 10 ms."""
-    brake, step = AirBrake(consist), 1e-2
-    rows = [brake.reduction]
-    for k in range(round(stop / step)):
-        brake.advance(step, sources(k * step), sources((k + 1) * step))
-        rows.append(brake.reduction)
-    return step * np.arange(len(rows)), np.array(rows)
+FADING = Envelope(points=((0.0, 0.0), (2.0, 1e6), (50.0, 1e6)))
 
 
-def test_the_brake_wave_arrives_with_its_speed() -> None:
-    time, reduction = pipe(coal_train(), lambda t: np.array([100.0 * min(t / 0.01, 1.0)]), 12.0)
-    lengths = np.array([each.length for each in coal_train().vehicles])
-    mean = np.trapezoid(1.0 - reduction / 100.0, time, axis=0) - 0.005  # of the arrival, in s
-    np.testing.assert_allclose(mean, np.cumsum(lengths) / 250.0, atol=1e-4)
-    arrival = np.array([np.interp(50.0, row, time) for row in reduction.T])
-    assert arrival[-1] == pytest.approx(lengths.sum() / 250.0, abs=0.05)
-
-
-def test_the_brake_wave_enters_at_the_end_too() -> None:
-    consist = coal_train(end_of_train=EndOfTrain(radio_delay=1.0))
-    time, reduction = pipe(consist, lambda t: np.array([100.0, 100.0 * (t >= 1.0)]), 8.0)
-    mean = np.trapezoid(1.0 - reduction / 100.0, time, axis=0)
-    lengths = np.array([each.length for each in consist.vehicles])
-    front, rear = np.cumsum(lengths) / 250.0, 1.0 + np.cumsum(lengths[::-1])[::-1] / 250.0
-    np.testing.assert_allclose(mean, np.minimum(front, rear), atol=0.01)
-
-
-def test_pipe_and_cylinders_are_integrated_exactly() -> None:
-    consist = coal_train(locomotives=1, wagons=3)
-
-    def command(t: float) -> float:
-        return float(np.interp(t, [0.0, 0.5, 3.0, 3.5], [0.0, 120.0, 120.0, 30.0]))
-
-    lengths = np.array([each.length for each in consist.vehicles])
-    points = np.array([(0, 0), (50, 0.17), (60, 0.28), (70, 0.37), (80, 0.46), (90, 0.53),
-                       (100, 0.60), (110, 0.67), (120, 0.73)]).T  # fmt: skip
-
-    def rates(t: float, state: Array) -> Array:
-        r, p = state[:4], state[4:]
-        rise = np.concatenate(([command(t)], r[:-1])) - r
-        lack = np.array([0.0, 1.0, 1.0, 1.0]) * 420e3 * np.interp(r, *points) - p
-        return np.concatenate((
-            rise * np.where(rise > 0.0, 250.0, 160.0) / lengths,
-            lack / np.where(lack > 0.0, 4.0, 8.0),
-        ))  # fmt: skip
-
-    truth: Any = solve_ivp(rates, (0.0, 6.0), np.zeros(8), rtol=1e-10, atol=1e-6, max_step=0.01)
-    run = simulate(consist, stop=6.0, step=5e-3, reduction=command, gradients=LEVEL, record=1200)
-    np.testing.assert_allclose(run.reduction[-1], truth.y[:4, -1], atol=1e-4)
-    np.testing.assert_allclose(run.pressure[-1], truth.y[4:, -1], rtol=1e-6)
+def test_a_train_that_rolls_back_has_no_electric_brake() -> None:
+    bare = train((2e5, 1e5, 1e5), mt2(), damping=5e4)
+    first = replace(bare.vehicles[0], electric_brake=FADING)
+    consist = replace(bare, vehicles=(first, *bare.vehicles[1:]))
+    back, alone = (
+        simulate(consist, stop=2.0, step=1e-2, speed=-1.0, force=f, gradients=((0.0, 10.0),))
+        for f in (-5e5, 0.0)
+    )
+    np.testing.assert_array_equal(back.applied, 0.0)
+    np.testing.assert_array_equal(back.speed, alone.speed)
+    np.testing.assert_allclose(back.speed[-1], -1.0 - 2.0 * 1e-2 * GRAVITY, rtol=1e-9)
+    # Uphill it brakes, and no longer once the train comes back.
+    turns = simulate(
+        consist, stop=8.0, step=1e-2, speed=0.5, force=-5e5, gradients=((0.0, 10.0),)
+    )  # fmt: skip
+    ahead = turns.speed[1:, 0] > 0.0
+    np.testing.assert_allclose(turns.applied[1:][ahead, 0], -5e5 * turns.speed[1:][ahead, 0])
+    np.testing.assert_array_equal(turns.applied[1:][~ahead, 0], 0.0)
+    assert (turns.speed[-1] < -0.3).all()
 
 
 def test_the_peak_of_a_violent_start_does_not_depend_on_the_step() -> None:
