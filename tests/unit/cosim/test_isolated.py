@@ -302,6 +302,7 @@ def test_a_process_that_a_crashed_fmu_left_behind(fails: Callable[..., str]) -> 
     assert "SIGABRT" in fails(Fault.LEAVE_CHILD, timeout=None)
 
 
+@pytest.mark.slow  # tests/systems/test_failures.py has the same in a diagram
 @pytest.mark.parametrize("fault", [Fault.MANY_LOGS, Fault.HUGE_LOG])
 def test_256_megabytes_of_log_messages(faulty: Path, fault: Fault) -> None:
     instance = IsolatedInstance("plant", faulty, ["u"], ["y"])
@@ -399,6 +400,7 @@ def test_one_that_nobody_closed_leaves_nothing(faulty: Path) -> None:
     assert is_gone(pid)
 
 
+@pytest.mark.slow
 def test_again_and_again_nothing_grows(
     faulty: Path, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:

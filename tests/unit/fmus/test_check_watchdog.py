@@ -202,7 +202,14 @@ def test_a_timeout_that_is_none(
 
 
 @pytest.mark.parametrize(
-    "function", ["fmi2DoStep", "fmi2GetDerivatives", "fmi2DeSerializeFMUstate"]
+    "function",
+    [
+        "fmi2DoStep",
+        *(
+            pytest.param(name, marks=pytest.mark.slow)
+            for name in ("fmi2GetDerivatives", "fmi2DeSerializeFMUstate")
+        ),
+    ],
 )
 def test_a_slow_fmu_is_no_hanging_one(stuck: Path, honest: Report, ask: Ask, function: str) -> None:
     ask(function, "slow")

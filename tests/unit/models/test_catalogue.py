@@ -29,7 +29,14 @@ def test_every_plant_can_be_had(name: str) -> None:
     assert plant_named(name.replace("_", "-")).name == name
 
 
-@pytest.mark.parametrize("name", PLANTS)
+# A small train of the same kind is checked in tests/systems/test_heavy_haul_runs.py.
+CHECKED = [
+    pytest.param(name, marks=pytest.mark.slow if name == "heavy_haul_train" else ())
+    for name in PLANTS
+]
+
+
+@pytest.mark.parametrize("name", CHECKED)
 def test_every_plant_s_fmu_passes_its_check(name: str) -> None:
     report = check(build(plant_named(name)))
     assert report.passed, str(report)
