@@ -24,31 +24,14 @@ from railcosim.base.cache import VARIABLE
 from railcosim.base.compilers import native_compiler
 from railcosim.base.errors import BuildError
 from railcosim.controllers import FuzzyPID
-from railcosim.cosim import Block
 from railcosim.fmus import build, export
+from railcosim.studies.heavy_haul.targets import target
 
 PAPER = 102  # vehicles
 SIZES = (100, PAPER, 300, 1000)
 AGREE = 1e-6  # of the largest value of an output
 ROUND_OFF = {"energy.residual": "energy.kinetic"}  # its size is that of what it is a difference of
 COUNTS = ("coupler_maximum_at", "coupler_minimum_at", "standing")  # may change a row later
-TARGET = 1060e3  # N, of the second coupler
-
-
-@dataclass(frozen=True, kw_only=True, slots=True)
-class Target(Block):
-    """1060 kN · S((t − 1)/40), S = 10x³ − 15x⁴ + 6x⁵: the start-up's coupler force."""
-
-    period: float = 0.002
-    inputs = {}
-    outputs = {"y": "N"}
-
-    def start(self) -> float:
-        return 0.0
-
-    def step(self, x: float) -> tuple[float, float]:
-        s = min(max((x - 1.0) / 40.0, 0.0), 1.0)
-        return TARGET * s**3 * (10.0 - 15.0 * s + 6.0 * s * s), x + self.period
 
 
 @dataclass
@@ -131,7 +114,7 @@ def controlled() -> Diagram:
     made = Diagram("start_up", step=0.002)
     start = {"gradient[1]": 6.0, "group[1].reduction": 0.0}
     made.add("train", Fmu.with_values(build(plant(PAPER)), start))
-    made.add("target", Target())
+    made.add("target", target("start_up_force"))
     made.add("controller", FuzzyPID(inference="exact"))
     made.connect("target.y", "controller.reference")
     made.connect("train.coupler[2].force", "controller.measurement")

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, Literal, NamedTuple, Self
 import numpy as np
 
 from ...base.errors import ParameterError
+from ...base.railway import JOULES_PER_KWH
 from .driving import Course, Driving
 
 if TYPE_CHECKING:
@@ -15,7 +16,6 @@ if TYPE_CHECKING:
     from .checks import Violation
 
 Regime = Literal["traction", "cruise", "coast", "brake"]
-JOULES_PER_KWH = 3.6e6
 
 
 class Point(NamedTuple):

@@ -138,10 +138,10 @@ def _loading_work(gear: DraftGear, stroke: Any) -> Any:
 
 
 def _points_work(points: Sequence[tuple[float, float]], stroke: Any) -> Any:
-    total, slope = 0.0, 0.0
+    work, slope = 0.0, 0.0
     for (a, f), (b, g) in pairwise(points):
         change = (g - f) / (b - a) - slope
         slope += change
         over = ca.fmax(stroke - a, 0.0)
-        total = total + 0.5 * change * over * over
-    return total
+        work = work + 0.5 * change * over * over
+    return work

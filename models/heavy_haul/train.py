@@ -116,10 +116,11 @@ def _start(
         description="kinetic and potential energy at the start",
     )  # fmt: skip
     stretch = displacement[:-1] - displacement[1:]
-    force, _ = gear_forces(couplers, stretch, speed[:-1] - speed[1:], from_rest=True)
+    force, branch = gear_forces(couplers, stretch, speed[:-1] - speed[1:], from_rest=True)
+    on_branch = {} if couplers.branch is None else {couplers.branch: branch}
     plant.time_event(
         "start", BEFORE_ALL, when=started == 0,
-        changes={
+        changes=on_branch | {
             started: 1,
             speed: speed + initial,
             couplers.gear: force,

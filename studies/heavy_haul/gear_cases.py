@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from ...base.railway import JOULES_PER_KWH
 from ...controllers import FuzzyPID
 from ...cosim import Profile, Run
 from ...models.consist import coal_train
@@ -56,7 +57,7 @@ def stretch_and_force(run: Run) -> tuple[np.ndarray, np.ndarray]:
 def loop_area(run: Run) -> Metrics:
     """Return the work (kWh) that the watched gears took over the whole cycle."""
     stretch, force = stretch_and_force(run)
-    return {"energy": float(np.trapezoid(force, stretch)) / 3.6e6}
+    return {"energy": float(np.trapezoid(force, stretch)) / JOULES_PER_KWH}
 
 
 def _newmark() -> Rows:

@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ...base.errors import ParameterError
+from ...base.railway import JOULES_PER_KWH
 from ...controllers import FuzzyPID, SamplePID
 from ...controllers.train_handling import (
     Aims,
@@ -24,7 +25,8 @@ from ...models.line import Section
 from ..case import Case
 from ..metrics import Metrics
 from .loop import train_fmu
-from .reduction import reduced_train
+from .measures import KILONEWTON
+from .reduced_train import reduced_train
 from .rolling import rolling_section
 
 START, CRUISE = 40.0 / 3.6, 60.0 / 3.6  # m/s
@@ -36,7 +38,6 @@ LATE = 1.02  # share of the time after which a run ends at the latest
 PER_SPEED, UNIVERSE, UNIVERSE_OF_CHANGE = 2.6e6, 1.0, 0.02
 RATE = 60e3  # N/s, for all controllers
 NOTCH = 95e3  # N, a sixteenth of what both locomotives pull at the start
-KILO, JOULES_PER_KWH = 1e3, 3.6e6
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -210,10 +211,10 @@ def judged(ride: Ride, run: Run) -> Judged:
     return Judged(
         running_time=math.nan if late else float(np.interp(ride.section.length, position, times)),
         end_speed=math.nan if late else float(run["train.speed"][last]),
-        peak_tension=float(highest) / KILO,
-        peak_compression=-float(lowest) / KILO,
-        rms_coupler_force=float(np.sqrt(np.mean(force**2))) / KILO,
-        max_force_rate=float(np.abs(np.diff(force, axis=0)).max()) / STEP / KILO,
+        peak_tension=float(highest) / KILONEWTON,
+        peak_compression=-float(lowest) / KILONEWTON,
+        rms_coupler_force=float(np.sqrt(np.mean(force**2))) / KILONEWTON,
+        max_force_rate=float(np.abs(np.diff(force, axis=0)).max()) / STEP / KILONEWTON,
         traction_energy=traction,
         net_energy=traction - braked,
     )

@@ -91,6 +91,14 @@ class Loop:
         loop.connect(source, "train.group[1].force")
 
 
+def rolling_at_rest() -> dict[str, float]:
+    """Return the values of a train that resists at rest no more than when it rolls slowly."""
+    return {
+        f"vehicle[{number}].resistance_starting": vehicle.resistance.constant
+        for number, vehicle in enumerate(coal_train().vehicles, 1)
+    }
+
+
 def whole_over_trailing(consist: Consist, coupler: int) -> float:
     """Return the train's mass over that behind a coupler (from 1)."""
     return consist.mass / sum(vehicle.mass for vehicle in consist.vehicles[coupler:])

@@ -1,18 +1,17 @@
 """What is measured on a run: tracking, coupler forces, energy."""
 
-from collections.abc import Callable, Sequence
-from functools import partial
+from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ...base.railway import JOULES_PER_KWH
 from ...cosim import Run
 from ..metrics import Metrics
 from .recorded import LAST
 
 Floats = NDArray[np.float64]
 KILONEWTON = 1e3
-KWH = 3.6e6
 ENDING = 20.0  # s
 SWING = 0.5  # s
 
@@ -43,7 +42,7 @@ def energy(run: Run) -> Metrics:
     work = float(np.max(traction + np.maximum(held[0] - held, 0.0)))
     residual = float(np.max(np.abs(run["train.energy.residual"])))
     return {
-        "energy": float(traction[-1]) / KWH,
+        "energy": float(traction[-1]) / JOULES_PER_KWH,
         "energy_residual": residual / work if work > 0.0 else None,
     }
 
@@ -173,8 +172,3 @@ def whole_train(run: Run) -> Metrics:
 def whole_train_and_energy(run: Run) -> Metrics:
     """Return `whole_train`, the energy account, and what the train did."""
     return whole_train(run) | energy(run) | rolled(run)
-
-
-def on_coupler(measured: str) -> Callable[[Run], Metrics]:
-    """Return `force_tracking` of a port of the train."""
-    return partial(force_tracking, measured=measured)

@@ -9,8 +9,8 @@ from ...cosim import Recording
 from ...models.consist import coal_train
 from ..case import Case
 from .controllers import FORCE, INFERENCE, PER_SECOND, SPEED
-from .loop import Loop
-from .measures import force_steps, on_coupler, speed_tracking, swinging
+from .loop import Loop, rolling_at_rest
+from .measures import force_steps, force_tracking, speed_tracking, swinging
 from .recorded import FORCES, MEASURED, tracked
 from .targets import BRAKING, DOWNHILL_SPEED, START_UP, STEPS, reductions, target
 
@@ -71,11 +71,8 @@ def _kept(measured: str, controller: SamplePID, *, whole: bool = False) -> Recor
 
 def _rolling(loop: Loop) -> Loop:
     """Return the loop with a train that has no greater resistance at rest than when it rolls."""
-    rest = tuple(
-        (f"vehicle[{number}].resistance_starting", vehicle.resistance.constant)
-        for number, vehicle in enumerate(coal_train().vehicles, 1)
-    )
-    return replace(loop, name=f"{loop.name}_rolling", values=loop.values + rest)
+    values = loop.values + tuple(rolling_at_rest().items())
+    return replace(loop, name=f"{loop.name}_rolling", values=values)
 
 
 def _force(
@@ -87,7 +84,7 @@ def _force(
             name,
             loop.diagram(controller),
             stop,
-            on_coupler(loop.measured),
+            partial(force_tracking, measured=loop.measured),
             record=_kept(loop.measured, controller, whole=whole and name == WHOLE),
             seeds={"noise": loop.seed} if loop.noise > 0.0 else {},
             long=True,

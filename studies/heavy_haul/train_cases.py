@@ -4,9 +4,10 @@ from ...cosim import Constant, Delay, Diagram, Fmu, Profile
 from ...models.consist import Consist, EndOfTrain, coal_train
 from ...models.heavy_haul import Hysteresis
 from ..case import Case
-from .loop import train_fmu
+from .loop import rolling_at_rest, train_fmu
 from .measures import whole_train_and_energy
 from .recorded import SIZE, whole
+from .targets import DOWNHILL_SPEED
 
 FORMS: tuple[Hysteresis, ...] = ("incremental", "dahl", "switching")
 INNER_STEPS = (0.005, 0.002, 0.001, 0.0005)  # s
@@ -15,7 +16,6 @@ STEP = 0.01  # s
 VIOLENT, GENTLE = 400e3, 40e3  # N/s
 HIGHEST = 1140e3  # N, of both locomotives
 SERVICE = 100.0  # kPa
-BRAKE_SPEED = 65.0 / 3.6  # m/s
 
 
 def ramp(rate: float, stop: float) -> Profile:
@@ -61,11 +61,7 @@ def _violent() -> list[Case]:
 
 def _free() -> Case:
     """Return the violent start of a train without a greater resistance at rest."""
-    values = {
-        f"vehicle[{number}].resistance_starting": vehicle.resistance.constant
-        for number, vehicle in enumerate(coal_train().vehicles, 1)
-    }
-    diagram = open_loop("violent_start", ramp(VIOLENT, 25.0), values)
+    diagram = open_loop("violent_start", ramp(VIOLENT, 25.0), rolling_at_rest())
     return _case("violent_start", "incremental_rolling", diagram, 25.0)
 
 
@@ -106,7 +102,7 @@ def _waves() -> list[Case]:
 def _braked(consist: Consist) -> Diagram:
     """Return a train that is braked at 1 s: its other sources follow after the radio delay."""
     diagram = Diagram("brake_wave", step=STEP)
-    diagram.add("train", Fmu.with_values(train_fmu(consist), {"initial_speed": BRAKE_SPEED}))
+    diagram.add("train", Fmu.with_values(train_fmu(consist), {"initial_speed": DOWNHILL_SPEED}))
     diagram.add("coasting", Constant(0.0, unit="N"))
     steps = ((0.0, 0.0), (1.0, 0.0), (1.0, SERVICE), (61.0, SERVICE))
     diagram.add("handle", Profile(steps, unit="kPa"))

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from ...base.errors import ParameterError
+from ...base.railway import JOULES_PER_KWH
 from ...controllers import ATO, ATP, LimitCurve
 from ...controllers.speed_curve import (
     Course,
@@ -224,7 +225,7 @@ def judged(line_run: LineRun, run: Run) -> dict[str, float]:
         "running_time": stop - LEAD,
         "late": stop - LEAD - curve.running_time,
         "stop_error": 100.0 * float(position[-1] - line_run.section.length),
-        "energy": float(run["train.traction_energy"][-1]) / 3.6e6,
+        "energy": float(run["train.traction_energy"][-1]) / JOULES_PER_KWH,
         "planned_energy": curve.kilowatt_hours,
         "max_jerk": float(np.abs(acceleration[gap:] - acceleration[:-gap]).max()) / PERIOD,
         "overspeed": max(0.0, float((speed - limits).max())),

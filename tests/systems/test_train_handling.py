@@ -25,7 +25,7 @@ from railcosim.studies.heavy_haul.handling_cases import (
     speed_tracking,
 )
 from railcosim.studies.heavy_haul.loop import train_fmu
-from railcosim.studies.heavy_haul.reduction import reduced_train
+from railcosim.studies.heavy_haul.reduced_train import reduced_train
 
 WAVES = Section(
     name="waves",

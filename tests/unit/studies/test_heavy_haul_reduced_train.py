@@ -8,7 +8,7 @@ import pytest
 from railcosim.base.errors import ParameterError
 from railcosim.controllers.train_handling import Journey, optimal_handling
 from railcosim.models.consist import Consist, EndOfTrain, Vehicle, c80, coal_train, hxd1
-from railcosim.studies.heavy_haul.reduction import reduced_train
+from railcosim.studies.heavy_haul.reduced_train import reduced_train
 from railcosim.studies.heavy_haul.rolling import LENGTH, rolling_section
 
 
