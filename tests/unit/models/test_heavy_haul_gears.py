@@ -1,6 +1,7 @@
 """The heavy-haul train's draft gears: drawn along paths, against the curves and their integrals."""
 
 from itertools import pairwise
+from pathlib import Path
 from typing import Any
 
 import casadi as ca
@@ -8,11 +9,12 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 
+from railcosim.fmus import build
 from railcosim.models.consist import Consist, DraftGear, PowerLaw, coal_train
 from railcosim.models.heavy_haul import heavy_haul_train
 from railcosim.models.heavy_haul.couplers import loading_curve
 from tests import heavy_haul_reference as reference
-from tests.heavy_haul import Array, Laws
+from tests.heavy_haul import Array, FMU2Train, Laws
 
 
 def random_path(generator: Any, joints: int, reach: float, turns: int) -> Array:
@@ -144,3 +146,16 @@ def test_at_rest_the_curves_have_their_slopes(exponent: float) -> None:
     for way in (1.0, -1.0):
         expected = 2170e3 * exponent * 0.08 ** (exponent - 1.0) / 0.166**exponent
         assert float(slope(0.08 * way)) == pytest.approx(expected, rel=1e-12)
+
+
+def test_a_stretched_start_is_a_way_from_rest(tmp_path: Path) -> None:
+    """The Dahl form over the start's stretch, retyped: its branch goes with its force."""
+    stretch, path = 0.02, build(heavy_haul_train(coal_train(wagons=1), hysteresis="dahl"))
+    places = np.array([2.0, 1.0, 0.0]) * stretch
+    train = FMU2Train(path, tmp_path, {"vehicle[].displacement": places})
+    loading = 100e3 + 2170e3 * ((stretch - 0.0095 / 2.0) / 0.166) ** 2.5
+    low, high = 0.2 * loading, loading
+    branch = 1.0 - np.exp(-stretch * 80e6 / (high - low + 10e3))
+    force = 0.5 * (high + low) + 0.5 * (high - low) * branch
+    assert train.take("coupler[].branch") == pytest.approx([branch] * 2, rel=1e-12)
+    assert train.take("coupler[].gear_force") == pytest.approx([force] * 2, rel=1e-12)
