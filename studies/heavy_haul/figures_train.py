@@ -124,7 +124,8 @@ def _envelope(results: Results) -> "Figure":
         if run is not None:
             _extremes(axis, run, {"color": colour, "linewidth": 1.4}, text)
     _along(axis)
-    legend(axis)
+    axis.set_ylim(-450.0, 2100.0)
+    legend(axis, columns=2, where="upper center")
     return figure
 
 
